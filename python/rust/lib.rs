@@ -34,7 +34,7 @@ mod _native {
     #[pymodule_export]
     use super::driving::{forked, let_go};
     #[pymodule_export]
-    use super::experiment::{answer, experiment_parameters, run_experiment, table};
+    use super::experiment::{answer, calibrate, experiment_parameters, run_experiment, table};
     #[pymodule_export]
     use super::json::{lines, quantity};
     #[pymodule_export]

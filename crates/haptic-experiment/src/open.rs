@@ -36,7 +36,7 @@ use crate::run::schedule::Pace;
 use crate::run::tick::KeptSample;
 use haptic_log::record::{TickMessage, add_verdict};
 use parameters::{
-    DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind, takes_device,
+    AT_A_DEVICE, DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device,
 };
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -264,7 +264,7 @@ impl Document {
         let parsed = self.parse()?;
         let kinds = KINDS.into_iter().chain(QUESTIONS);
         kinds
-            .chain([MEASUREMENT])
+            .chain(AT_A_DEVICE)
             .find(|kind| parsed.has(kind))
             .ok_or_else(|| parsed.fail(format!("no experiment: {}", choice(&KINDS))))
     }

@@ -2,6 +2,7 @@
 
 pub mod analysis;
 pub(crate) mod bench;
+pub(crate) mod calibration;
 pub mod control_loop;
 pub mod controller;
 pub(crate) mod design;
@@ -21,6 +22,7 @@ use crate::run::folder::OutputFolder;
 pub use analysis::Analysed;
 use analysis::{ANALYSES, Analysis};
 use bench::BENCH;
+pub use calibration::{CalibrationReport, Calibrator, GRAVITY, Person};
 pub use design::coupler::CouplerAnswer;
 use design::coupler::CouplerDesign;
 use design::front::Front;
@@ -61,6 +63,7 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
             ("device", ON_DEVICE),
         ],
         "design" => vec![("design", design::DESIGN), ("bench", BENCH)],
+        calibration::CALIBRATION => calibration::TABLES.to_vec(),
         _ => (ANALYSES.iter().find(|known| known.0 == kind))
             .map_or(&measurement::TABLES[..], |known| known.1)
             .to_vec(),

@@ -11,7 +11,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use haptic_experiment::Failure;
 use haptic_experiment::document::{Document, short};
 use haptic_experiment::parameters::{
-    DRIVE_TABLE, KINDS, MEASUREMENT, Parameter, QUESTIONS, Value as Kind, choices, is_path, of_kind,
+    AT_A_DEVICE, DRIVE_TABLE, KINDS, Parameter, QUESTIONS, Value as Kind, choices, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{doubt, kind_of_key, parse_for_key, without_unit};
@@ -34,7 +34,7 @@ pub(crate) const VALUES: &str = "KEY=VALUE";
 
 /// The keys of the documents of a command, without their units.
 pub(crate) fn names(command: &str) -> Vec<&'static str> {
-    let all = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
+    let all = KINDS.into_iter().chain(QUESTIONS).chain(AT_A_DEVICE);
     let mut kinds: Vec<&str> = match command {
         "run" => KINDS.to_vec(),
         "teleoperate" => vec!["teleoperation"],
@@ -336,16 +336,16 @@ impl DeviceModelArguments {
 pub(crate) mod keys {
     use haptic_experiment::parameters::analysis as a;
     use haptic_experiment::parameters::{
-        AGAINST, AREA, BONDED, CAMPAIGN, CONTACT, CONTROL_DESIGN, CONTROL_LOOP, CONTROLLER,
-        CREEP_CONTACT, CREEP_DURATION, DAMPING, DELAY, DEPTH, DEPTH_LIMIT, DESIGN_ORDERS, DEVICE,
-        DEVICE_MODEL, FORCE, FORCE_LIMIT, FORCE_NOISE_LIMIT, FRAME_STIFFNESS, FRONT, GAIN_MARGIN,
-        GUARD, HALF_ANGLE, HAND_STIFFNESS, HELD, INDENTER_RADIUS, LOADING, LOOP, MASS, MEASURE_BOX,
-        MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED,
-        PIECE_ORDER, PLANT_RECORD, PRESS_AMPLITUDE, PRESS_DEPTH, PRESS_DEPTHS, PRESS_FREQUENCIES,
-        PRESS_HOLD, PRESS_RAMP, PROTOCOL, PUSH, PUSH_BY, Parameter, RAMP_TIME, RECORD,
-        RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, SENSED_RANGE, STRAIN, STRESS, THICKNESS,
-        TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS,
-        ZWIDTH_POINTS,
+        AGAINST, AREA, BONDED, CALIBRATE_STEP, CALIBRATE_WEIGHT, CAMPAIGN, CONTACT, CONTROL_DESIGN,
+        CONTROL_LOOP, CONTROLLER, CREEP_CONTACT, CREEP_DURATION, DAMPING, DELAY, DEPTH,
+        DEPTH_LIMIT, DESIGN_ORDERS, DEVICE, DEVICE_MODEL, FORCE, FORCE_LIMIT, FORCE_NOISE_LIMIT,
+        FRAME_STIFFNESS, FRONT, GAIN_MARGIN, GUARD, HALF_ANGLE, HAND_STIFFNESS, HELD,
+        INDENTER_RADIUS, LOADING, LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION,
+        MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, PIECE_ORDER, PLANT_RECORD,
+        PRESS_AMPLITUDE, PRESS_DEPTH, PRESS_DEPTHS, PRESS_FREQUENCIES, PRESS_HOLD, PRESS_RAMP,
+        PROTOCOL, PUSH, PUSH_BY, Parameter, RAMP_TIME, RECORD, RELAX_DURATION, REQUIRE,
+        SAMPLE_TIME, SCHEME, SENSED_RANGE, STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT,
+        WALL_CONTACT, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
     };
 
     /// A command whose options are made from tables of parameters.
@@ -413,6 +413,9 @@ pub(crate) mod keys {
         Measure: &[&[
             &MEASURE_DEVICE, &MEASURE_FORCE_LIMIT, &MEASURE_BOX, &MEASURE_DURATION,
             &MEASURE_SAMPLE_TIME, &HELD, &DEVICE_MODEL, &MASS, &DAMPING,
+        ]];
+        Calibrate: &[&[
+            &MEASURE_DEVICE, &MEASURE_FORCE_LIMIT, &CALIBRATE_WEIGHT, &CALIBRATE_STEP, &DEVICE_MODEL,
         ]];
         // Of `analyze`.
         Wall: &[], a::ON_WALL, true;

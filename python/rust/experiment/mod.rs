@@ -3,7 +3,7 @@
 mod question;
 mod run;
 
-pub(crate) use question::answer;
+pub(crate) use question::{answer, calibrate};
 pub(crate) use run::{experiment_parameters, run_experiment, table};
 
 use crate::json::number_for;
@@ -46,10 +46,12 @@ pub(crate) fn failed(failure: &Failure) -> PyErr {
     }
 }
 
+/// The maker of a file.
+pub(crate) const PROGRAM: &str = concat!("fractional-haptics (Python) ", env!("CARGO_PKG_VERSION"));
+
 /// The maker of a log.
 pub(crate) fn provenance() -> BTreeMap<String, String> {
-    let program = concat!("fractional-haptics (Python) ", env!("CARGO_PKG_VERSION"));
-    BTreeMap::from([("program".to_owned(), program.to_owned())])
+    BTreeMap::from([("program".to_owned(), PROGRAM.to_owned())])
 }
 
 /// The document of a kind with these parameters.

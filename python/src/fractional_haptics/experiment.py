@@ -43,6 +43,7 @@ __all__ = [
     "analyze_stability_region",
     "analyze_teleoperation",
     "analyze_transparency",
+    "calibrate",
     "coupler",
     "creep",
     "design",
@@ -337,3 +338,26 @@ analyze_teleoperation = _question("analyze-teleoperation", "Two hands over a lin
 analyze_transparency = _question("analyze-transparency", "Stiffness and damping of a wall as they are felt through a device.")
 analyze_difference = _question("analyze-difference", "Does a hand feel the difference of two laws, or of a law and a spring and damper?")
 analyze_sensitivity = _question("analyze-sensitivity", "By how much a loop amplifies errors of its model, over the frequency.")
+
+
+def calibrate(read: Callable[[str, float | None], float | None], **parameters: Any) -> Answer:
+    """Newtons of a device, checked against a scale, a balance or a weight.
+
+    Parameters
+    ----------
+    read : callable
+        Called on a thread of its own with the words for a person, and with the force that is held, N, or None while something
+        is put in place; returns the force that the instrument shows, N.
+    <parameters>
+
+    Returns
+    -------
+    Answer
+        A dict as ``host-cli device calibrate --json``, its ``warnings``, and ``device_file``: the text of the device file
+        with the calibration.
+    """
+    report, file, heard = _native.calibrate({key: value for key, value in parameters.items() if value is not None}, read)
+    return Answer({**report, "device_file": file, "warnings": heard})
+
+
+_signature(calibrate, _native.experiment_parameters("calibrate"))

@@ -138,6 +138,7 @@ pub(crate) fn second_device(
         remote: RemoteDevice {
             name,
             loop_mode: table.choice(&DRIVE_LOOP)?,
+            calibration: model.as_ref().and_then(|model| model.calibration.clone()),
             ..tissue.clone()
         },
         dynamics: model.map(|model| model.values.dynamics()),

@@ -5,7 +5,7 @@ use crate::document::error::{FileError, text_of};
 use crate::document::parameters::{
     DEVICE, DEVICE_IN_LOG, DRIVE_DEVICE_IN_LOG, Parameter, SENSOR_NOISE, TISSUE_IN_LOG,
 };
-use crate::document::reader::Table;
+use crate::document::reader::{Interval, Table};
 use crate::document::{Document, parameters as p};
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::DeviceName;
@@ -66,6 +66,7 @@ pub(crate) fn remote_by(
         watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
         late_ticks,
         max_age_ticks,
+        calibration: device_model(table)?.and_then(|model| model.calibration),
         ..RemoteDevice::new(name)
     }))
 }
@@ -174,9 +175,21 @@ pub(crate) fn scheme(
 pub(crate) fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
     let logged = table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG);
     table.with_named(&p::DEVICE_MODEL, |path| {
-        let DeviceModel { values, intervals } = device_at(path, logged)?;
-        let numbers = (values.named()).map(|(parameter, value)| (parameter.key, value));
-        Ok((numbers.into(), intervals))
+        let model = device_at(path, logged)?;
+        let numbers = (model.values.named()).map(|(parameter, value)| (parameter.key, value));
+        let (mut numbers, mut intervals) = (Vec::from(numbers), model.intervals);
+        // The lag of a sensor that was calibrated; none is below 0.
+        let key = p::SENSED_LAG.key;
+        let lag = model
+            .calibration
+            .iter()
+            .find_map(|known| known.found.get(key));
+        if let Some(lag) = lag {
+            let [low, value, high] = [lag.low, lag.value, lag.high].map(|end| end.max(0.0));
+            numbers.push((key, value));
+            intervals.push(Interval { key, low, high });
+        }
+        Ok((numbers, intervals))
     })
 }
 
@@ -252,6 +265,7 @@ pub(crate) fn device(
         delay: Seconds(table.number(&p::DELAY)?),
         friction: Newtons(table.number(&p::FRICTION)?),
         saturation: None,
+        gain: 1.0,
         current_lag: Seconds(table.number(&p::CURRENT_LAG)?),
     };
     Ok((device, sensors(table)?))

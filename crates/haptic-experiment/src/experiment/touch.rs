@@ -392,6 +392,7 @@ fn device(table: &Table<'_>, sample_time_s: f64) -> Result<MassDamperConfig, Fil
         delay: Seconds(table.number(&DELAY)?),
         friction: Newtons(table.number(&FRICTION)?),
         saturation: None,
+        gain: 1.0,
         current_lag: Seconds(table.number(&CURRENT_LAG)?),
     })
 }

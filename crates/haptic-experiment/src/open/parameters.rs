@@ -23,6 +23,7 @@ pub use crate::experiment::wall::{
     DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT,
 };
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
+pub use crate::question::calibration::{CALIBRATE_STEP, CALIBRATE_WEIGHT, CALIBRATION};
 pub use crate::question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
 pub use crate::question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
 pub use crate::question::design::{
@@ -33,6 +34,8 @@ pub use crate::question::measurement::{
     HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
     MEASURE_SAMPLE_TIME, MEASUREMENT,
 };
+/// Questions of a device at hand, which moves.
+pub const AT_A_DEVICE: [&str; 2] = [MEASUREMENT, CALIBRATION];
 pub use crate::question::plant::keys::{PLANT_RECORD, VALIDATE};
 pub use crate::question::tissue::RECORD;
 pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
@@ -50,6 +53,7 @@ use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::question::measurement::MeasuredAxis;
 use crate::question::tissue::{KIND, TISSUE_MODEL, models};
+use crate::run::plant_file::calibration::CALIBRATION_KEYS;
 use crate::{GuardChoice, Named, Precision, experiment, question};
 use haptic_link::Architecture;
 use haptic_tissue::identify::{Baseline, RecordKind, ShiftBy, Weighting};
@@ -65,7 +69,10 @@ pub fn tables(file: &str) -> Vec<Keys> {
     }
 }
 
-const QUESTION_TABLES: &[Keys] = &[("device measure", question::measurement::MEASURE)];
+const QUESTION_TABLES: &[Keys] = &[
+    ("device measure", question::measurement::MEASURE),
+    ("device calibrate", question::calibration::CALIBRATE),
+];
 
 const CONTROLLER_TABLES: &[Keys] = &[
     ("[pid]", PID),
@@ -80,6 +87,7 @@ const CONTROLLER_TABLES: &[Keys] = &[
 const PLANT_TABLES: &[Keys] = &[
     ("[transfer_function]", TRANSFER_PLANT),
     ("[device]", DEVICE_PLANT),
+    ("[calibration], beside [device]", CALIBRATION_KEYS),
     ("[state_space]", STATE_PLANT),
     ("[measured_response]", MEASURED_PLANT),
     ("[source], optional", PLANT_SOURCE),
@@ -169,7 +177,7 @@ mod tests {
             "tilt_percent",
         ];
         assert!(!unknown.into_iter().any(has_a_known_unit));
-        let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
+        let kinds = KINDS.into_iter().chain(QUESTIONS).chain(AT_A_DEVICE);
         let (mut texts, mut numbers) = (0, 0);
         for kind in kinds {
             let mut keys = BTreeSet::new();

@@ -15,17 +15,19 @@
 //! several lags, as there are several minima. If the residual is autocorrelated, friction is stepped more finely than samples.
 
 mod answer;
-mod drive;
+pub(super) mod drive;
 mod estimate;
 mod fit;
 mod response;
 #[cfg(test)]
 mod tests;
 
+use crate::document::error::FileError;
 use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
+use crate::document::reader::Table;
 use crate::question::bench::SIMULATED;
 pub use answer::{MeasureReport, Measurement};
 use haptic_link::Limits;
@@ -143,6 +145,18 @@ impl MeasurePlan {
 
     /// Forces that keep a device moving, in those at which it began to: of fewer than twice as many the multi-sine would have some only.
     const KEEPS_MOVING: f64 = 3.0;
+
+    pub(super) fn read(table: &Table<'_>) -> Result<Self, FileError> {
+        Ok(Self {
+            sample_time_s: table.number(&MEASURE_SAMPLE_TIME)?,
+            force_limit_n: table.number(&MEASURE_FORCE_LIMIT)?,
+            box_m: table.number(&MEASURE_BOX)?,
+            duration_s: table.number(&MEASURE_DURATION)?,
+            hand: table.flag(&HELD)?,
+            axis: table.choice(&MEASURE_AXIS)?,
+            own: OwnLimits::NONE,
+        })
+    }
 
     /// This plan within the limits of a device.
     fn within(self, own: OwnLimits) -> Self {

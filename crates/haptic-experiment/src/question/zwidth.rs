@@ -293,6 +293,8 @@ impl ZWidth {
 pub struct ZWidthReport {
     /// The device by its name, `sim` for the simulated one.
     pub device: String,
+    /// Its newtons were checked on this day, or never; none of the simulated one.
+    pub calibration: Option<String>,
     /// Its mass, damping, hand and sample time.
     #[serde(flatten)]
     pub asked: AskedDevice,

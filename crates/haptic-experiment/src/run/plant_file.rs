@@ -5,6 +5,7 @@
 //! function = "1/(0.8s^2.2+0.5s^0.9+1)"
 //! delay_s = 0.2
 //! ```
+//! `[calibration]` beside a `[device]` says how many newtons a newton of it is, see [`calibration`].
 //! `[device]` has the keys of a `[wall]`: mass, damping, hand, delay, current lag, friction, encoder, noise; force in, position out. Beside it
 //! `[intervals]` says between which numbers its values lie, as a measurement writes it, see [`DeviceModel`]. `[state_space]` has `a`, `b`, `c`,
 //! `delay_s` and `current_lag_s`. `[measured_response]` names a CSV, see [`read_response`].
@@ -17,6 +18,7 @@ use crate::document::reader::{Interval, Table};
 use crate::document::{Parsed, lines_of, parameters as p};
 use crate::run::safety::GuardedDevice;
 use crate::run::sensors::Sensors;
+use calibration::{CALIBRATION_KEYS, Calibration, Estimate};
 use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
 use haptic_analysis::Dynamics;
@@ -31,6 +33,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::str::FromStr;
 
+pub(crate) mod calibration;
 #[cfg(test)]
 mod tests;
 
@@ -45,25 +48,39 @@ const CHOICE: &str =
     "a plant file has one of [transfer_function], [device], [state_space], [measured_response]";
 /// Intervals of a measured device, with its keys.
 const INTERVALS: &str = "intervals";
+/// Newtons of a device that were checked.
+const CALIBRATION: &str = "calibration";
 
-/// Reads and checks the text of a file: its plant, and the intervals of a device; `path` is for messages and for the table of a measured
-/// response.
-fn parse(path: &Path, text: &str) -> Result<(PlantModel, Vec<Interval>), FileError> {
+/// Reads and checks the text of a file: its plant, and intervals and calibration of a device; `path` is for messages and for the table of a
+/// measured response.
+fn parse(
+    path: &Path,
+    text: &str,
+) -> Result<(PlantModel, Vec<Interval>, Option<Calibration>), FileError> {
     let document = Parsed::of(path, text)?;
     let kinds = MODELS.map(|(name, _)| name);
     let (name, table, mut tables) =
-        document.one_of(&kinds, &["source", INTERVALS], "plant", CHOICE)?;
+        document.one_of(&kinds, &["source", INTERVALS, CALIBRATION], "plant", CHOICE)?;
     let known = MODELS.iter().find(|(model, _)| *model == name);
     let table = table.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
-    let (model, mut found) = (model(name, &table)?, Vec::new());
-    if let Some(table) = tables.remove(INTERVALS) {
-        let table = table.with_keys(&[(INTERVALS, p::DEVICE_PLANT)])?;
+    let (model, mut found, mut calibration) = (model(name, &table)?, Vec::new(), None);
+    for (heading, keys) in [
+        (INTERVALS, p::DEVICE_PLANT),
+        (CALIBRATION, CALIBRATION_KEYS),
+    ] {
+        let Some(table) = tables.remove(heading) else {
+            continue;
+        };
+        let table = table.with_keys(&[(heading, keys)])?;
         let PlantModel::Device(values) = &model else {
             return Err(table.fail(format_args!(
-                "[{INTERVALS}] belongs to a [device], not to [{name}]: omit it"
+                "[{heading}] belongs to a [device], not to [{name}]: omit it"
             )));
         };
-        found = intervals(&table, values)?;
+        match heading {
+            INTERVALS => found = intervals(&table, values)?,
+            _ => calibration = Some(Calibration::read(&table)?),
+        }
     }
     if let Some(source) = tables.remove("source") {
         let source = source.with_keys(&[("source", p::PLANT_SOURCE)])?;
@@ -71,7 +88,7 @@ fn parse(path: &Path, text: &str) -> Result<(PlantModel, Vec<Interval>), FileErr
         source.text(&p::SOURCE_NOTE)?;
     }
     (model.plant()).map_err(|error| table.fail(error))?;
-    Ok((model, found))
+    Ok((model, found, calibration))
 }
 
 /// `[source]` of a plant that this program made.
@@ -216,8 +233,12 @@ impl PlantModel {
                 made_by(program, note)
             )),
             Self::Device(values) => {
-                let intervals = Vec::new();
-                Some(DeviceModel { values, intervals }.to_toml(program, note))
+                let model = DeviceModel {
+                    values,
+                    intervals: Vec::new(),
+                    calibration: None,
+                };
+                Some(model.to_toml(program, note))
             }
             Self::StateSpace { .. } | Self::Measured(_) => None,
         }
@@ -355,6 +376,8 @@ pub struct DeviceModel {
     pub values: DeviceValues,
     /// Between which numbers they lie, where that is known.
     pub(crate) intervals: Vec<Interval>,
+    /// Newtons that were checked.
+    pub(crate) calibration: Option<Calibration>,
 }
 
 type Field = fn(&mut DeviceValues) -> &mut f64;
@@ -415,12 +438,37 @@ impl DeviceModel {
 
     /// Reads and checks the text of a file; `path` is for messages.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
-        let (model, intervals) = parse(path, text)?;
+        let (model, intervals, calibration) = parse(path, text)?;
         let PlantModel::Device(values) = model else {
             let reason = "no [device] in it: `device measure` writes such a file";
             return Err(Parsed::of(path, text)?.fail(reason));
         };
-        Ok(Self { values, intervals })
+        Ok(Self {
+            values,
+            intervals,
+            calibration,
+        })
+    }
+
+    /// A device whose newtons turned out to be so many: mass, damping, hand and friction were in them.
+    pub(crate) fn calibrated(mut self, newton: Estimate, calibration: Calibration) -> Self {
+        for parameter in [p::MASS, p::DAMPING, p::HAND_STIFFNESS, p::FRICTION] {
+            for (_, value) in DeviceValues::FIELDS
+                .iter()
+                .filter(|known| *known.0 == parameter)
+            {
+                *value(&mut self.values) *= newton.value;
+            }
+            for Interval { low, high, .. } in self
+                .intervals
+                .iter_mut()
+                .filter(|known| known.key == parameter.key)
+            {
+                (*low, *high) = (*low * newton.low, *high * newton.high);
+            }
+        }
+        self.calibration = Some(calibration);
+        self
     }
 
     /// The text of its file, made by this program; the note says how it was measured.
@@ -436,6 +484,7 @@ impl DeviceModel {
         for Interval { key, low, high } in &self.intervals {
             text += &format!("{key} = [{low:?}, {high:?}]\n");
         }
+        text.extend(self.calibration.as_ref().map(Calibration::to_toml));
         text + &made_by(program, note)
     }
 

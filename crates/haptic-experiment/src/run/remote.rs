@@ -29,6 +29,7 @@ use crate::document::failure::Failure;
 use crate::run::advice::single;
 use crate::run::device::LinkedName;
 use crate::run::ending::{Lateness, MotorPush};
+use crate::run::plant_file::calibration::Calibration;
 use crate::run::tap::TappedLaw;
 use fracdiff::Operator;
 use haptic_link::{
@@ -56,9 +57,30 @@ pub(crate) struct RemoteDevice {
     pub max_age_ticks: u16,
     /// Longest time to wait for the device to appear.
     pub patience: Duration,
+    /// Its newtons, if they were checked.
+    pub calibration: Option<Calibration>,
 }
 
 impl RemoteDevice {
+    /// Has a link to it speak of true newtons, if they are known.
+    pub(crate) fn calibrate(&self, link: &mut SerialLink) -> Result<(), Failure> {
+        if let Some(calibration) = &self.calibration {
+            let (of, device) = (&calibration.device, self.name.identity(link).to_string());
+            if !of.is_empty() && *of != device {
+                return Err(Failure::bad_input(format_args!(
+                    "the device file was calibrated on {of}, and this is {device}, whose newtons may be others: give its own file, or one without [calibration]"
+                )));
+            }
+            link.calibrate(calibration.factors()?);
+        }
+        Ok(())
+    }
+
+    /// One line for a report: its newtons were checked, or never.
+    pub(crate) fn calibration_in_words(&self) -> String {
+        Calibration::in_words(self.calibration.as_ref())
+    }
+
     /// With the defaults: the device's loop, 500 ms of silence, 20 late ticks, no patience.
     pub(crate) fn new(name: LinkedName) -> Self {
         Self {
@@ -68,6 +90,7 @@ impl RemoteDevice {
             late_ticks: Limits::DEFAULT.late_ticks,
             max_age_ticks: Limits::DEFAULT.max_age_ticks,
             patience: Duration::ZERO,
+            calibration: None,
         }
     }
 

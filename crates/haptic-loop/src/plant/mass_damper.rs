@@ -29,6 +29,8 @@ pub struct MassDamperConfig {
     pub saturation: Option<Newtons>,
     /// τ ≥ 0, time constant of the actuator's current.
     pub current_lag: Seconds,
+    /// g, force for each newton written: 1 of an actuator that is what it says, below 0 of one whose leads are swapped.
+    pub gain: f64,
 }
 
 impl MassDamperConfig {
@@ -48,6 +50,7 @@ impl MassDamperConfig {
             delay: Seconds(0.0),
             saturation: None,
             current_lag: Seconds(0.0),
+            gain: 1.0,
         }
     }
 }
@@ -57,7 +60,7 @@ impl MassDamperConfig {
 /// ```text
 /// m·x'' + b·x' + k·x = a + w + r        τ·a' = u(t - delay) - a,  or a = u(t - delay) if τ = 0
 /// ```
-/// - *Symbols*: x position m; a actuator force N; u written force N after saturation, held for one
+/// - *Symbols*: x position m; a actuator force N; u written force N times g after saturation, held for one
 ///   sample time T; w external force N, constant until set again; r friction N, |r| ≤ Fc.
 ///   Positive forces act towards positive positions.
 /// - *Exact* at the sample instants without friction, for any b, k, delay and lag, by the matrix
@@ -106,6 +109,7 @@ impl<const D: usize> MassDamper<D> {
         let stiffness = checks.not_negative("hand stiffness", config.stiffness.0, "N/m");
         let friction = checks.not_negative("friction", config.friction.0, "N");
         checks.not_negative("current lag", config.current_lag.0, "s");
+        checks.range("gain", config.gain, true, "finite", "");
         let limit = config.saturation.map_or(f64::INFINITY, |limit| {
             checks.positive("actuator saturation", limit.0, "N")
         });
@@ -197,7 +201,9 @@ impl<const D: usize> MassDamper<D> {
     /// Moves on by a sample under this force, N.
     pub(super) fn advance(&mut self, force: SVector<f64, D>) {
         let (low, high) = (-self.limit, self.limit);
-        self.line.push(force.map(|axis| axis.max(low).min(high)));
+        let gain = self.config.gain;
+        self.line
+            .push(force.map(|axis| (gain * axis).max(low).min(high)));
         for (index, axis) in self.axes.iter_mut().enumerate() {
             let external = self.external[index];
             if let Some(before) = &self.before {

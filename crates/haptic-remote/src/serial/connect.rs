@@ -21,7 +21,7 @@ use std::hash::{BuildHasher as _, Hasher as _};
 use std::string::ToString;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
 use std::sync::mpsc::sync_channel;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 use std::vec::Vec;
 
@@ -256,6 +256,7 @@ fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialEr
         listened_us: AtomicU64::new(listened_us),
         deaf: AtomicBool::new(false),
         mute: AtomicBool::new(false),
+        factors: OnceLock::new(),
         samples_dropped: AtomicU64::new(0),
         forces_dropped: AtomicU64::new(0),
         round_trip_us: Mutex::new(histogram.map_err(thread_error)?),

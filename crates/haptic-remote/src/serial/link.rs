@@ -3,6 +3,7 @@
 use super::clock::{DeviceClock, Ping, Pings};
 use super::error::{BoardTrouble, TroubleCause};
 use super::line::{Line, lock};
+use super::newtons::ForceFactors;
 use super::served::Served;
 use super::stopping::is_set;
 use super::tcp::tcp_address;
@@ -21,7 +22,7 @@ use std::io::{Error, ErrorKind};
 use std::string::String;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use std::vec::Vec;
@@ -116,6 +117,16 @@ impl SerialLink {
 
     pub(super) fn ticks_every(&self, period_us: u32) {
         self.shared.period_us.store(period_us, Ordering::Relaxed);
+    }
+
+    /// Has this end speak of true newtons from now on, where the device names its own: forces, laws, limits, samples and abilities. Only the
+    /// first factors count.
+    pub fn calibrate(&mut self, factors: ForceFactors) {
+        if self.shared.factors.set(factors).is_ok() {
+            let can = factors.able(self.capabilities);
+            self.plausible = Plausible::of(can.force_max_n, can.sensed_force_max_n, can.simulated);
+            self.capabilities = can;
+        }
     }
 
     /// Raises the threads that read and write to a real-time priority, so that keep-alives are sent on a busy machine.
@@ -329,6 +340,8 @@ pub(super) struct Shared {
     pub(super) deaf: AtomicBool,
     /// The last request had no answer in all its tries.
     pub(super) mute: AtomicBool,
+    /// Of a device that was calibrated.
+    pub(super) factors: OnceLock<ForceFactors>,
     pub(super) samples_dropped: AtomicU64,
     pub(super) forces_dropped: AtomicU64,
     pub(super) round_trip_us: Mutex<Histogram<u64>>,
@@ -346,6 +359,11 @@ pub(super) struct Shared {
 impl Shared {
     pub(super) fn now_us(&self) -> u64 {
         self.began.elapsed().as_micros() as u64
+    }
+
+    /// The device's own newtons, unless it was calibrated.
+    pub(super) fn newtons(&self) -> &ForceFactors {
+        self.factors.get().unwrap_or(&ForceFactors::OWN)
     }
 
     pub(super) fn conversation(&self) -> MutexGuard<'_, Conversation> {
@@ -450,6 +468,12 @@ impl Ends {
     }
 
     fn hear(&self, heard: DeviceMessage) {
+        let heard = match heard {
+            DeviceMessage::Sample(sample) => {
+                DeviceMessage::Sample(self.shared.newtons().read(sample))
+            }
+            DeviceMessage::Event(_) | DeviceMessage::Fault(_) | DeviceMessage::Over(_) => heard,
+        };
         if let Err(TrySendError::Full(_)) = self.heard.try_send(heard) {
             self.shared.samples_dropped.fetch_add(1, Ordering::Relaxed);
         }

@@ -158,6 +158,12 @@ impl SerialLink {
         companions: Companions<'_>,
         scope: Scope,
     ) -> Result<(), SerialError> {
+        let (mut values, newtons) = (Vec::from(values), self.shared.newtons());
+        let configuration = newtons.told(configuration);
+        let controller = companions
+            .controller
+            .map(|law| newtons.told_controller(law, &mut values));
+        let values = &values[..];
         let most = self.capabilities.coefficients_max;
         if values.len() > usize::from(most) {
             let refusal = Refusal::range(
@@ -184,9 +190,9 @@ impl SerialLink {
             self.ask(Request::Surface(surface.clone()))?;
             digest = digest.surface(surface);
         }
-        if let Some(law) = companions.controller {
-            self.ask(Request::Controller(law.clone()))?;
-            digest = digest.controller(law);
+        if let Some(law) = controller {
+            digest = digest.controller(&law);
+            self.ask(Request::Controller(law))?;
         }
         let digest = digest.finish();
         self.ask(Request::Commit { digest, scope })?;
@@ -215,7 +221,7 @@ impl SerialLink {
             }
         }
         values.truncate(usize::from(configuration.operator.count));
-        Ok((configuration, values))
+        Ok((self.shared.newtons().seen(configuration), values))
     }
 
     /// The device's counters.
@@ -237,7 +243,8 @@ impl SerialLink {
             match report {
                 Ok(DeviceReport::Flight(flight)) => {
                     count = flight.count;
-                    (count > 0).then_some(Ok(flight.sample))
+                    let sample = self.shared.newtons().read(flight.sample);
+                    (count > 0).then_some(Ok(sample))
                 }
                 Ok(_) => None,
                 Err(error) => Some(Err(error)),

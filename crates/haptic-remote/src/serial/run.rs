@@ -336,8 +336,11 @@ impl<F: Real, const D: usize> Device<F, D> for SerialLink {
     }
 
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {
-        let force_n = force.newtons().map(|axis| axis.to_f64() as f32);
-        self.answered(of_axes(force_n.iter().copied()));
+        let newtons = self.shared.newtons();
+        let force_n = force.newtons().map(|axis| newtons.commanded(axis.to_f64()));
+        // As the device will say that it holds them.
+        let held_n = force_n.map(|axis| newtons.made(axis));
+        self.answered(of_axes(held_n.iter().copied()));
         if self.ahead.is_none() {
             self.ahead = self.try_hear();
         }

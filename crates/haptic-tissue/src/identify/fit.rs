@@ -354,7 +354,8 @@ fn estimates(
 
 /// 97.5 % point of Student's t: a table, then the expansion of Cornish and Fisher (M. Abramowitz, I. Stegun, *Handbook of Mathematical
 /// Functions*, 26.7.5), within 2e-4.
-pub(super) fn student(freedom: f64) -> f64 {
+#[must_use]
+pub fn student(freedom: f64) -> f64 {
     const FEW: [f64; 8] = [
         12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060,
     ];

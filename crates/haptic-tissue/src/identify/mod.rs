@@ -53,7 +53,7 @@ pub use assemble::{TableDetails, Understood};
 use candidates::read;
 pub use candidates::{Identification, relative};
 pub use error::IdentifyError;
-pub use fit::{Estimate, Fit};
+pub use fit::{Estimate, Fit, student};
 pub use lag::white_noise;
 pub use master::{MasterCurve, Overlap, Shift, ShiftBy, ShiftLaw, master_curve};
 pub use options::{HeldParameter, Options};

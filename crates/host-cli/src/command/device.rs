@@ -1,5 +1,6 @@
-//! `device`: find, inspect, configure, measure, emulate, program, watch and test a device.
+//! `device`: find, inspect, configure, measure, calibrate, emulate, program, watch and test a device.
 
+mod calibrate;
 pub(crate) mod changes;
 pub(crate) mod emulate;
 mod flash;
@@ -35,6 +36,7 @@ pub(crate) enum Command {
     #[command(after_help = "Example: host-cli device forget --device serial:/dev/ttyACM0")]
     Forget(PortArguments),
     Measure(Box<measure::Arguments>),
+    Calibrate(Box<calibrate::Arguments>),
     Emulate(emulate::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
@@ -50,6 +52,7 @@ impl Command {
             Self::Set(arguments) => arguments.run(output),
             Self::Forget(port) => settings::forget(&port, output),
             Self::Measure(arguments) => arguments.run(output),
+            Self::Calibrate(arguments) => arguments.run(output),
             Self::Emulate(arguments) => arguments.run(output),
             Self::Flash(arguments) => arguments.run(output),
             Self::Monitor(arguments) => arguments.run(output),

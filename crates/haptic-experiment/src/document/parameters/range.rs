@@ -107,7 +107,7 @@ const fn above_0(most: f64) -> Range {
     Range::AboveUpTo(0.0, most)
 }
 
-const fn either_sign(most: f64) -> Range {
+pub(crate) const fn either_sign(most: f64) -> Range {
     Range::Within(-most, most)
 }
 

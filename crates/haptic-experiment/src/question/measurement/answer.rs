@@ -3,18 +3,16 @@
 use super::drive::{on_serial, on_simulated};
 use super::estimate::{Measured, estimate};
 use super::response::{ResponseLine, coherent, response, table};
-use super::{
-    HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
-    MEASURE_SAMPLE_TIME, MEASUREMENT, MeasurePlan, OwnLimits, TABLES,
-};
+use super::{MEASURE_DEVICE, MEASUREMENT, MeasurePlan, TABLES};
 use crate::document::Document;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters::DEVICE;
+use crate::document::parameters::{DEVICE, DEVICE_MODEL};
 use crate::experiment::reading::{device, remote_by, with_devices, without};
 use crate::question::bench::SIMULATED;
 use crate::run::device::Warn;
 use crate::run::plant_file::DeviceModel;
+use crate::run::plant_file::calibration::{Calibration, MOTOR_FACTOR};
 use crate::run::remote::RemoteDevice;
 use crate::run::sensors::Sensors;
 use haptic_log::record::StartTime;
@@ -51,17 +49,11 @@ impl Measurement {
                 "on a real device, which is measured: give {}",
                 DEVICE.set_to("sim")
             );
-            without(&table, SIMULATED, &why)?;
+            // Of a device file its calibration counts.
+            let others = SIMULATED.iter().filter(|key| **key != DEVICE_MODEL);
+            without(&table, others, &why)?;
         }
-        let plan = MeasurePlan {
-            sample_time_s: table.number(&MEASURE_SAMPLE_TIME)?,
-            force_limit_n: table.number(&MEASURE_FORCE_LIMIT)?,
-            box_m: table.number(&MEASURE_BOX)?,
-            duration_s: table.number(&MEASURE_DURATION)?,
-            hand: table.flag(&HELD)?,
-            axis: table.choice(&MEASURE_AXIS)?,
-            own: OwnLimits::NONE,
-        };
+        let plan = MeasurePlan::read(&table)?;
         let (device, sensors) = device(&table, plan.sample_time_s)?;
         Ok(Self {
             plan,
@@ -108,10 +100,17 @@ impl Measurement {
                 (record, "sim".to_owned(), None, *plan)
             }
         };
-        let found = estimate(&record, plan.hand).map_err(|error| {
+        let mut found = estimate(&record, plan.hand).map_err(|error| {
             plan.held_back(&record)
                 .unwrap_or_else(|| Failure::input(error))
         })?;
+        let calibration = self
+            .remote
+            .as_ref()
+            .and_then(|remote| remote.calibration.clone());
+        if let Some(calibration) = &calibration {
+            found.by_newtons_of(calibration.factor(&MOTOR_FACTOR));
+        }
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let at = board.as_ref();
         let conditions = format!(
@@ -129,6 +128,8 @@ impl Measurement {
         let lines = response(&record, &plan);
         Ok(MeasureReport {
             device,
+            calibration_text: (self.remote.as_ref()).map(RemoteDevice::calibration_in_words),
+            calibration,
             board,
             encoder_resolution_reason: (found.encoder_resolution_m == 0.0)
                 .then_some("no steps seen"),
@@ -150,6 +151,11 @@ impl Measurement {
 #[derive(Clone, Debug, Serialize)]
 pub struct MeasureReport {
     device: String,
+    /// Its newtons were checked on this day, or never; none of the simulated one.
+    #[serde(rename = "calibration")]
+    calibration_text: Option<String>,
+    #[serde(skip)]
+    calibration: Option<Calibration>,
     /// Name of the board, and its firmware.
     board: Option<String>,
     #[serde(flatten)]
@@ -201,6 +207,10 @@ impl MeasureReport {
     /// The text of the device file, made by this program.
     #[must_use]
     pub fn device_file(&self, program: &str) -> String {
-        DeviceModel::measured(&self.found).to_toml(program, &self.conditions)
+        let model = DeviceModel {
+            calibration: self.calibration.clone(),
+            ..DeviceModel::measured(&self.found)
+        };
+        model.to_toml(program, &self.conditions)
     }
 }

@@ -26,6 +26,9 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+pub(in crate::question) const INTERRUPTED: &str =
+    "interrupted: the force is zero, nothing was written";
+
 /// The end of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Outcome {
@@ -51,12 +54,20 @@ pub(crate) struct Driven {
 }
 
 /// A measurement that could not be made.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub(crate) enum DriveError<E> {
     /// Limits that make no safety chain.
     Plan(LoopParameterError),
+    /// It was ended, in words.
+    Said(Failure),
     /// The device did not follow a command.
     Device(E),
+}
+
+impl<E> From<Failure> for DriveError<E> {
+    fn from(failure: Failure) -> Self {
+        Self::Said(failure)
+    }
 }
 
 /// Time in which the slow group reaches its size where nothing makes it smaller, s.
@@ -156,7 +167,7 @@ impl Outcome {
         let box_mm = 1e3 * plan.box_m;
         Err(Failure::run(match self {
             Self::Complete => return Ok(()),
-            Self::Interrupted => "interrupted: the force is zero, nothing was written".to_owned(),
+            Self::Interrupted => INTERRUPTED.to_owned(),
             Self::Fault(Fault::Workspace) => format!(
                 "the device left the box of {box_mm} mm, and the force is zero: enlarge {MEASURE_BOX}, or give a smaller {MEASURE_FORCE_LIMIT}"
             ),
@@ -241,6 +252,7 @@ pub(crate) fn on_simulated(
     let driven = drive(plan, &mut device, &mut |_, sent| sent, progress, stop);
     let driven = driven.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),
+        DriveError::Said(failure) => failure,
         DriveError::Device(never) => match never {},
     })?;
     driven.outcome.require_complete(plan)?;
@@ -582,11 +594,31 @@ pub(crate) fn on_serial(
     progress: &dyn Fn(u64),
     stop: &Arc<AtomicBool>,
 ) -> Result<(MotionRecord, String, MeasurePlan), Failure> {
-    let remote = RemoteDevice {
-        loop_mode: LoopMode::Host,
-        ..remote.clone()
-    };
+    let (mut link, set, plan) = opened(plan, remote, warn, stop)?;
+    let mut applied = |axis: &Stoppable<'_>, _sent: f64| axis.forces_n()[0];
+    let driven = armed(&plan, remote, &mut link, &set, warn, stop, |axis| {
+        let driven = drive(&plan, axis, &mut applied, progress, stop)?;
+        driven.outcome.require_complete(&plan)?;
+        Ok(driven)
+    });
+    let driven = driven.map_err(|failure| at_link(&link, failure))?;
+    let can = link.capabilities();
+    let simulated = if can.simulated { " (simulated)" } else { "" };
+    let firmware = firmware_version(link.hello());
+    let board = format!("{} {firmware}{simulated}", can.board());
+    Ok((driven.record, board, plan))
+}
+
+/// Connects to the device of a plan; its loop is closed here. It gets the limits back that it has forgotten, and its link speaks of true
+/// newtons if they are known. With it go what is set on it, and the plan within its limits.
+pub(in crate::question) fn opened(
+    plan: &MeasurePlan,
+    remote: &RemoteDevice,
+    warn: Warn<'_>,
+    stop: &Arc<AtomicBool>,
+) -> Result<(SerialLink, Configuration, MeasurePlan), Failure> {
     let mut link = (remote.name).connect_all(None, remote.patience, warn, Some(stop))?;
+    remote.calibrate(&mut link)?;
     let axes = link.capabilities().axes;
     let MeasuredAxis(axis) = plan.axis;
     if axis >= usize::from(axes) {
@@ -601,25 +633,19 @@ pub(crate) fn on_serial(
     let set = link.configuration();
     let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
     let plan = plan.within(OwnLimits::of(&set.limits, plan.axis));
-    let driven = driven(&plan, &remote, &mut link, &set, warn, progress, stop);
-    let driven = driven.map_err(|failure| at_link(&link, failure))?;
-    let can = link.capabilities();
-    let simulated = if can.simulated { " (simulated)" } else { "" };
-    let firmware = firmware_version(link.hello());
-    let board = format!("{} {firmware}{simulated}", can.board());
-    Ok((driven.record, board, plan))
+    Ok((link, set, plan))
 }
 
-/// The excitation, from limits to rest.
-fn driven(
+/// From limits to rest: what `conduct` does with the axis of an armed device, within the limits of the plan.
+pub(in crate::question) fn armed<T>(
     plan: &MeasurePlan,
     remote: &RemoteDevice,
     link: &mut SerialLink,
     set: &Configuration,
     warn: Warn<'_>,
-    progress: &dyn Fn(u64),
     stop: &AtomicBool,
-) -> Result<Driven, Failure> {
+    conduct: impl FnOnce(&mut Stoppable<'_>) -> Result<T, DriveError<SerialError>>,
+) -> Result<T, Failure> {
     let path = link.path().to_owned();
     let problem = |error| refused_at_port(&path, error);
     // The box is about the start, which is not known yet: the chain here watches over it.
@@ -632,6 +658,10 @@ fn driven(
         ..push(0.0)
     };
     let law = RemoteLaw::bare(limits, simulation);
+    let remote = &RemoteDevice {
+        loop_mode: LoopMode::Host,
+        ..remote.clone()
+    };
     let schedule = Schedule {
         samples: plan.ticks_at_most(),
         sample_time_s: plan.sample_time_s,
@@ -642,39 +672,36 @@ fn driven(
         .map_err(problem)?;
     link.arm(remote.watchdog()).map_err(problem)?;
     link.start(Start::ENDLESS).map_err(problem)?;
-    let mut applied = |stoppable: &Stoppable<'_>, _sent: f64| {
-        let axis = stoppable.link.newest().axes.get(stoppable.axis);
-        axis.map_or(0.0, |axis| f64::from(axis.force_n))
-    };
     let mut stoppable = Stoppable {
         axes: link.capabilities().axes,
         axis: plan.axis.0,
         link,
         stop,
     };
-    let driven = drive(plan, &mut stoppable, &mut applied, progress, stop);
+    let done = conduct(&mut stoppable);
     // After an error too: dropped, the link does it once more.
     let disarmed = link.disarm();
+    let rests = disarmed.is_ok() && link.wait_for_rest();
     if let (None, Some(trouble)) = (link.lost_board(), link.trouble()) {
         warn(&trouble.words);
     }
-    let stopped = DriveError::Device(LinkError::Stopped.into());
-    if driven.as_ref().err() == Some(&stopped) && disarmed.is_ok() && link.wait_for_rest() {
-        Outcome::Interrupted.require_complete(plan)?;
-    }
-    let driven = driven.map_err(|error| match error {
+    let done = done.map_err(|error| match error {
         DriveError::Plan(error) => Failure::input(error),
+        DriveError::Said(failure) => failure,
         DriveError::Device(error) => {
+            let stopped = error == LinkError::Stopped.into();
+            if stopped && rests {
+                return Failure::run(INTERRUPTED);
+            }
             too_busy(&error, remote.lateness()).unwrap_or_else(|| at_port(&path, &error))
         }
     })?;
-    driven.outcome.require_complete(plan)?;
     disarmed.map_err(problem)?;
-    Ok(driven)
+    Ok(done)
 }
 
 /// An axis of a link whose loop hears who stops it, even where no sample comes.
-struct Stoppable<'a> {
+pub(in crate::question) struct Stoppable<'a> {
     link: &'a mut SerialLink,
     stop: &'a AtomicBool,
     axes: u8,
@@ -682,6 +709,14 @@ struct Stoppable<'a> {
 }
 
 impl Stoppable<'_> {
+    /// Force that the device says it applied in the newest tick, and the reading of its force sensor then, N; NaN without one.
+    pub(in crate::question) fn forces_n(&self) -> [f64; 2] {
+        let newest = self.link.newest();
+        let applied = newest.axes.get(self.axis).map_or(0.0, |axis| axis.force_n);
+        let sensed = newest.sensed_force_n.get(self.axis).copied();
+        [applied, sensed.unwrap_or(f32::NAN)].map(f64::from)
+    }
+
     fn read_of<const D: usize>(&mut self) -> Result<Reading<f64, 1>, SerialError> {
         let reading: Reading<f64, D> = self.link.read_or_stop(self.stop)?;
         Ok(Reading {

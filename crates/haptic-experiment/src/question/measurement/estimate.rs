@@ -542,20 +542,7 @@ const UNNOTICED_M: f64 = 1e-7;
 /// One lost sample in this number gives a warning.
 const LOST_NOTABLE: usize = 1000;
 
-/// A number and the interval in which it lies in 95 of 100 cases, if the model is right.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Estimate {
-    pub value: f64,
-    pub low: f64,
-    pub high: f64,
-}
-
-impl Estimate {
-    /// Half the width of the interval over the value.
-    pub(crate) fn relative(&self) -> f64 {
-        0.5 * (self.high - self.low) / self.value.abs()
-    }
-}
+pub(crate) use crate::run::plant_file::calibration::Estimate;
 
 /// A device as estimated from a record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -682,6 +669,21 @@ impl Measured {
     }
 }
 
+impl Measured {
+    /// Widens what a force is in by the interval of the motor's factor, whose likeliest value the forces have in them already.
+    pub(crate) fn by_newtons_of(&mut self, motor: Estimate) {
+        let factor = motor.times(Estimate::about(1.0 / motor.value, 0.0));
+        let of_force = [
+            &mut self.mass_kg,
+            &mut self.damping_n_s_per_m,
+            &mut self.friction_n,
+        ];
+        for known in of_force.into_iter().chain(&mut self.hand_stiffness_n_per_m) {
+            *known = known.times(factor);
+        }
+    }
+}
+
 impl DeviceModel {
     /// A device that was measured.
     pub(crate) fn measured(found: &Measured) -> Self {
@@ -707,7 +709,11 @@ impl DeviceModel {
                 });
             }
         }
-        Self { values, intervals }
+        Self {
+            values,
+            intervals,
+            calibration: None,
+        }
     }
 }
 

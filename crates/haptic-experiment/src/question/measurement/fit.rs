@@ -489,6 +489,7 @@ impl Replay {
             friction: Newtons(model.friction),
             delay: Seconds((model.delay - whole) * t),
             saturation: None,
+            gain: 1.0,
             current_lag: Seconds(if lag > NO_LAG { lag * t } else { 0.0 }),
         })
         .ok()?;

@@ -16,7 +16,7 @@ use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, TrialVerdict};
 use crate::question::bench::{AskedDevice, crossings, largest_scales, last, units};
 use crate::run::device::Warn;
-use crate::run::remote::{RemoteLaw, device_name, held, portable};
+use crate::run::remote::{RemoteDevice, RemoteLaw, device_name, held, portable};
 use crate::run::sensors::Sensors;
 use fracdiff::{Differintegrator as _, Operator, Order};
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
@@ -122,6 +122,7 @@ impl ZWidth {
             orders: self.controller().map_or(orders, |_| Vec::new()),
             scheme: self.scheme.to_string(),
             device: device_name(self.remote.as_ref()),
+            calibration: self.remote.as_ref().map(RemoteDevice::calibration_in_words),
             asked: AskedDevice::of(config),
             delta,
             criterion: plan.criterion,

@@ -139,7 +139,8 @@ impl<'a> Trials<'a> {
                 LOOP.set_to("host")
             )));
         }
-        let link = (remote.name).connect_with(1, remote.patience, warn, Some(stop))?;
+        let mut link = (remote.name).connect_with(1, remote.patience, warn, Some(stop))?;
+        remote.calibrate(&mut link)?;
         if retreat.is_some() {
             may_push(remote, &link)?;
         }

@@ -8,7 +8,7 @@ use testkit::Folder;
 fn read(text: &str) -> Result<PlantModel, String> {
     let found = parse(Path::new("lab/p.toml"), text);
     found
-        .map(|(model, _)| model)
+        .map(|(model, ..)| model)
         .map_err(|error| error.to_string())
 }
 
@@ -34,7 +34,7 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
         &folder.join("p.toml"),
         "[measured_response]\nfile = \"r.csv\"\n[source]\nnote = \"shaker\"",
     );
-    let (measured, _) = measured.expect("valid");
+    let (measured, ..) = measured.expect("valid");
     let others = [function, states].map(|text| read(text).expect("valid"));
     let others = others.iter().map(|other| (other, 1e-12));
     for (other, share) in others.chain([(&measured, 1e-3)]) {

@@ -115,6 +115,7 @@ impl<'a, M> RemoteRun<'a, M> {
         let device = self.device;
         let (patience, stop) = (device.patience, Some(supervisor.stop));
         let mut link = (device.name).connect_with(D, patience, supervisor.warn, stop)?;
+        device.calibrate(&mut link)?;
         let path = link.path().to_owned();
         let holds = self.law.controller.is_some();
         let problem = |error: SerialError| match error.is_refusal() {

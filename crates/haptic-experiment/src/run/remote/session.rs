@@ -145,7 +145,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             .flatten();
         let counted = asked.map(|after| after.since(&self.ready.before));
         let lost = self.samples_lost;
-        let mut summary = summarise(&self.ready.link, self.ready.device.loop_mode, counted, lost);
+        let mut summary = summarise(&self.ready.link, self.ready.device, counted, lost);
         // A sample without room here is missing by its number too.
         summary.samples_lost = lost.saturating_sub(summary.samples_dropped);
         summary.tap = self.ready.tap;

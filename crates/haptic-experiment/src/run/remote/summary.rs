@@ -2,7 +2,8 @@
 
 use crate::document::named::Named;
 use crate::run::device::firmware_version;
-use haptic_link::{LoopMode, Statistics};
+use crate::run::remote::RemoteDevice;
+use haptic_link::Statistics;
 use haptic_loop::Tap;
 use haptic_remote::serial::SerialLink;
 use hdrhistogram::Histogram;
@@ -17,6 +18,8 @@ pub(crate) struct LinkSummary {
     pub serial_number: Option<String>,
     /// The device simulates its plant: no actuator, no sensor.
     pub simulated: bool,
+    /// Its newtons were checked on this day, or never.
+    pub calibration: String,
     /// Step of its encoder, m; 0 if it does not say.
     #[serde(skip)]
     pub position_resolution_m: f64,
@@ -125,7 +128,7 @@ pub(crate) struct FrameCounts {
 /// `counted` is what the device counted over the run; `None` if it could not be asked.
 pub(super) fn summarise(
     link: &SerialLink,
-    loop_mode: LoopMode,
+    device: &RemoteDevice,
     counted: Option<Statistics>,
     samples_lost: u64,
 ) -> LinkSummary {
@@ -142,8 +145,9 @@ pub(super) fn summarise(
         serial_number: (link.hello().serial_number().text()).map(ToOwned::to_owned),
         simulated: link.capabilities().simulated,
         position_resolution_m: link.capabilities().position_resolution_m.into(),
+        calibration: device.calibration_in_words(),
         tap: None,
-        loop_mode: loop_mode.name(),
+        loop_mode: device.loop_mode.name(),
         samples_lost,
         samples_dropped: report.samples_dropped,
         samples_dropped_on_device: counted.samples_dropped,
@@ -184,7 +188,7 @@ pub(super) fn summarise(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::remote::bad_line_tests::quiet;
+    use crate::run::remote::bad_line_tests::{quiet, remote};
 
     #[test]
     fn what_was_not_measured_has_a_reason_instead() {
@@ -198,7 +202,7 @@ mod tests {
         assert_eq!(cycles(7), (Some(7), None));
         assert!(cycles(0).0.is_none() && cycles(0).1.is_some());
         for counted in [None, Some(Statistics::default())] {
-            let mut summary = summarise(&quiet().0, LoopMode::Host, counted, 3);
+            let mut summary = summarise(&quiet().0, &remote(), counted, 3);
             assert_eq!(summary.to_device_reason.is_none(), counted.is_some());
             summary.samples_dropped = 2;
             assert_eq!(summary.samples_missing(), 5);

@@ -140,6 +140,12 @@ const LINE_KEYS: [(&str, &str); 8] = [
     ("line_seed", "Seed of these faults [default: 1]"),
 ];
 
+/// Keys of the motor of the first board.
+const MOTOR_KEYS: [(&str, &str); 1] = [(
+    "motor_gain",
+    "Force for each newton commanded, below 0 with its leads swapped [default: 1]",
+)];
+
 /// Keys of a force sensor, of the first board or, with facing_ before it, of the second.
 const SENSOR_KEYS: [(&str, &str); 5] = {
     let [range, noise, lag, offset, seed] = [
@@ -191,7 +197,7 @@ const FACING_KEYS: [(&str, &str); 5] = [
 fn all_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
     let of_kinds = HAPLY_KEYS.into_iter().chain(MOTEUS_KEYS);
     let of_kinds = of_kinds.chain(inverse3::KEYS);
-    let of_board = LINE_KEYS.into_iter().chain(SENSOR_KEYS);
+    let of_board = LINE_KEYS.into_iter().chain(MOTOR_KEYS).chain(SENSOR_KEYS);
     let of_board = of_board.chain(specimen::keys());
     of_board.chain(of_kinds).chain(FACING_KEYS)
 }
@@ -213,6 +219,7 @@ struct Details {
     /// Range, noise, lag and offset of the force sensors; `None` where they are not given.
     sensors: [[Option<f64>; 4]; 2],
     sensor_seeds: [u64; 2],
+    motor_gain: Option<f64>,
     hardware: Version,
     /// The hand of a 2DIY; `None` strokes.
     hand: Option<haply::Hand>,
@@ -273,6 +280,7 @@ impl Details {
             "stall" => faults.stall = number(CHANCES)?,
             "stall_time_s" => faults.stall_s = number(parameters::LINE_DELAY.range())?,
             "line_seed" => self.seeds[side] = count(text, 0, u64::MAX)?,
+            "motor_gain" => self.motor_gain = Some(number(MOTOR_GAINS)?),
             "sensed_range_n" | "sensed_noise_n" | "sensed_lag_s" | "sensed_offset_n" => {
                 let n = SENSOR_KEYS.iter().position(|(known, _)| *known == key);
                 let n = n.unwrap_or_default();
@@ -335,6 +343,8 @@ const CONTACT_STIFFNESSES: Range = Range::AboveUpTo(0.0, 1e7);
 const CONTACT_DAMPINGS: Range = Range::Within(0.0, 1e5);
 const CONTACT_FRICTIONS: Range = Range::Within(0.0, 1e3);
 const GAPS: Range = Range::Within(0.0, 1.0);
+/// Newtons of a motor for each that is commanded.
+const MOTOR_GAINS: Range = Range::Within(-20.0, 20.0);
 /// That the line spoils a frame.
 const CHANCES: Range = Range::Within(0.0, 1.0);
 
@@ -347,7 +357,10 @@ impl Arguments {
             self.model.read()?,
             (details.facing_model.as_deref().map(DeviceModel::find)).transpose()?,
         ];
-        let bodies = bodies.map(|model| model.as_ref().map(body));
+        let mut bodies = bodies.map(|model| model.as_ref().map(body));
+        if let (Some(body), Some(gain)) = (&mut bodies[0], details.motor_gain) {
+            body.plant.gain = gain;
+        }
         let sensors = [details.sensor(0)?, details.sensor(1)?];
         let servo = servo(details.servo_id, details.turn)?;
         let specimen = specimen::read(details.specimen)?;
@@ -459,6 +472,8 @@ impl Arguments {
             "a specimen is pressed along one axis: omit --axes, or the keys of the specimen"
         } else if self.facing.is_some() && !details.specimen.is_empty() {
             "boards that face each other have no specimen: omit --facing, or the keys of the specimen"
+        } else if details.motor_gain.is_some() && !self.model.is_given() {
+            "motor_gain is of a board with a device file: add --device-model laboratory"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.model.is_given() {
