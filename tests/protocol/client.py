@@ -109,7 +109,7 @@ def well_formed(message):
             return length == 5 and message[4] == 0
         return message[5] < len(REFUSALS) and length == 6 + struct.calcsize(REFUSALS[message[5]][1])
     if number == ANSWERS[GET_CONFIGURATION]:
-        return length in (169, 201)
+        return length - 5 - CONFIGURATION.size in (0, DEPTH_MAP.size)
     if number in (SAMPLE, ANSWERS[READ_FLIGHT]) and length == LENGTHS[number] + 4:
         return message[LENGTHS[number] - 1] == 1  # the force at a sensor, which is not used here
     return LENGTHS.get(number) == length

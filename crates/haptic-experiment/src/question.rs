@@ -75,7 +75,7 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
 /// ```
 /// use haptic_experiment::question::Question;
 /// use std::path::Path;
-/// use std::sync::atomic::AtomicBool;
+/// use std::sync::Arc;
 ///
 /// let text = "[design]\nrequire = \"passive\"\nscheme = \"muir:3\"\nsample_time_s = 0.002\norders = [1]";
 /// let question = Question::parse(Path::new("form"), text)?;

@@ -307,7 +307,6 @@ fn bad_input_is_refused_with_its_place() {
         control identify back.csv => back.csv: line 4: 0.5 s comes after 1 s | sort
         control identify clockless.csv => clockless.csv | --sample-time
         control identify clockless.csv --sample-time 0s => 1e-9 to 1e6 s | --sample-time
-        control identify back.csv --sample-time 1s => column of time | leave --sample-time out
         control design --plant band.csv --crossover 4rad/s => crossover 4 rad/s | 1 to 3 rad/s | --crossover
         control analyze --plant below.csv => below.csv: line 3: gain -2 is below 0 | phase
         ",
