@@ -36,8 +36,9 @@ pub struct OwnPush<F, E> {
     inner: E,
     /// The push with the other sign; 0 without one.
     pull_n: F,
+    /// True with a push or a tap.
     is_pushed: bool,
-    tap: Option<Tap<F>>,
+    tap: Tap<F>,
 }
 
 /// A square wave beside the push: its force, N, is there in every second `ticks` ticks, the first ones without it.
@@ -50,6 +51,12 @@ pub struct Tap<F> {
 }
 
 impl<F: Real> Tap<F> {
+    /// No tap.
+    pub const NONE: Self = Self {
+        force_n: F::ZERO,
+        ticks: 0,
+    };
+
     /// The force in a tick of the run, N.
     pub fn at(&self, tick: u64) -> F {
         match tick.checked_div(self.ticks.into()) {
@@ -65,8 +72,9 @@ pub struct OwnPushHistory<F, H> {
     inner: H,
     /// 0 without a push.
     start_m: F,
-    /// Ticks since the newest step of the tap, and true while its force is there.
-    tapped: (u32, bool),
+    /// The tap of this tick with the other sign, N, and ticks since its newest step.
+    tap_pull_n: F,
+    since: u32,
 }
 
 impl<F: Real, E> OwnPush<F, E> {
@@ -77,7 +85,7 @@ impl<F: Real, E> OwnPush<F, E> {
             inner,
             pull_n: pull(push_n),
             is_pushed: push_n.is_some(),
-            tap: None,
+            tap: Tap::NONE,
         }
     }
 
@@ -86,14 +94,15 @@ impl<F: Real, E> OwnPush<F, E> {
         &self.inner
     }
 
-    /// True if it has a push.
+    /// True if it has a push or a tap.
     pub const fn is_pushed(&self) -> bool {
         self.is_pushed
     }
 
     /// With another push and tap, and its environment to be changed.
-    pub fn reshape(&mut self, push_n: Option<F>, tap: Option<Tap<F>>) -> &mut E {
-        (self.pull_n, self.is_pushed, self.tap) = (pull(push_n), push_n.is_some(), tap);
+    pub fn reshape(&mut self, push_n: Option<F>, tap: Tap<F>) -> &mut E {
+        self.is_pushed = push_n.is_some() || tap.force_n != F::ZERO;
+        (self.pull_n, self.tap) = (pull(push_n), tap);
         &mut self.inner
     }
 
@@ -106,29 +115,19 @@ impl<F: Real, E> OwnPush<F, E> {
 
     #[inline]
     fn with_push<H>(&self, history: &OwnPushHistory<F, H>, force: SVector<F, 1>) -> SVector<F, 1> {
-        SVector::from([force[0] - self.pull_now(history)])
-    }
-
-    /// Push and tap of this tick with the other sign, N.
-    #[inline]
-    fn pull_now<H>(&self, history: &OwnPushHistory<F, H>) -> F {
-        match self.tap {
-            Some(tap) if history.tapped.1 => self.pull_n - tap.force_n,
-            _ => self.pull_n,
-        }
+        SVector::from([force[0] - self.pull_n - history.tap_pull_n])
     }
 
     #[inline]
     fn count<H>(&self, history: &mut OwnPushHistory<F, H>) {
-        let Some(Tap { ticks, .. }) = self.tap else {
-            return;
-        };
-        let (since, on) = history.tapped;
-        let next = since.wrapping_add(1);
-        history.tapped = match next < ticks || ticks == 0 {
-            true => (next, on),
-            false => (0, !on),
-        };
+        if self.tap.ticks > 0 {
+            history.since += 1;
+            if history.since >= self.tap.ticks {
+                history.since = 0;
+                // Off, or on again.
+                history.tap_pull_n = -self.tap.force_n - history.tap_pull_n;
+            }
+        }
     }
 }
 
@@ -150,14 +149,15 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         OwnPushHistory {
             inner: self.inner.at_rest(),
             start_m: F::ZERO,
-            tapped: (0, false),
+            tap_pull_n: F::ZERO,
+            since: 0,
         }
     }
 
     fn rest(&self, history: &mut Self::History) {
         self.inner.rest(&mut history.inner);
         history.start_m = F::ZERO;
-        history.tapped = (0, false);
+        (history.tap_pull_n, history.since) = (F::ZERO, 0);
     }
 
     fn settle(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
@@ -198,8 +198,8 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         input: &SVector<F, 1>,
         applied_n: &SVector<F, 1>,
     ) {
-        let of_law = match self.is_pushed || self.tap.is_some() {
-            true => SVector::from([applied_n[0] + self.pull_now(history)]),
+        let of_law = match self.is_pushed {
+            true => SVector::from([applied_n[0] + self.pull_n + history.tap_pull_n]),
             false => *applied_n,
         };
         (self.inner).advance_applied(&mut history.inner, input, &of_law);

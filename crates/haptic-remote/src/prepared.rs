@@ -78,7 +78,7 @@ pub(super) struct Law {
     form: Form,
     integer: i8,
     own_push_n: Option<f32>,
-    tap: Option<Tap<f32>>,
+    tap: Tap<f32>,
 }
 
 impl<S> Prepared<S> {
@@ -228,11 +228,10 @@ fn built(
         form,
         integer,
         own_push_n: Some(configuration.own_push_n).filter(|push| *push != 0.0),
-        tap: Some(Tap {
+        tap: Tap {
             force_n: configuration.tap_n,
             ticks: configuration.tap_ticks,
-        })
-        .filter(|tap| tap.force_n != 0.0),
+        },
     };
     Ok((law, chain))
 }

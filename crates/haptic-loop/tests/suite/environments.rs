@@ -195,7 +195,7 @@ proptest! {
         prop_assert_eq!(&run(&OwnPush::new(law(), None), &positions), &wanted);
         let tap = Tap { force_n: tap, ticks };
         let mut pushed = OwnPush::new(law(), None);
-        pushed.reshape(Some(push), Some(tap));
+        pushed.reshape(Some(push), tap);
         prop_assert_eq!([0, ticks - 1, ticks, 2 * ticks].map(|n| tap.at(n.into())), [0.0, 0.0, tap.force_n, 0.0]);
         let mut history = pushed.at_rest();
         pushed.settle(&mut history, &vector![start]);
