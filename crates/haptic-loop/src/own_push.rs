@@ -121,7 +121,7 @@ impl<F: Real, E> OwnPush<F, E> {
     #[inline]
     fn count<H>(&self, history: &mut OwnPushHistory<F, H>) {
         if self.tap.ticks > 0 {
-            history.since += 1;
+            history.since = history.since.wrapping_add(1);
             if history.since >= self.tap.ticks {
                 history.since = 0;
                 // Off, or on again.

@@ -172,15 +172,15 @@ pub(super) fn checked(
     fields.done().map(|()| chain)
 }
 
-/// Checks push and tap of the device's own motor: below the largest force, in a workspace, below a speed.
+/// Checks the push of the device's own motor, alone and with its tap: below the largest force, in a workspace, below a speed.
 #[inline(never)]
 fn own_push(configuration: &Configuration, chain: &haptic_loop::SafetyLimits, fields: &mut Fields) {
     let (push, tap) = (configuration.own_push_n, configuration.tap_n);
     let most = configuration.limits.force_n;
-    for force in [push, tap, push + tap] {
-        fields.within(Field::OwnPush, force, -most, most);
-    }
-    if (push != 0.0 || tap != 0.0) && (chain.workspace.is_none() || chain.speed.is_none()) {
+    fields.within(Field::OwnPush, push, -most, most);
+    fields.within(Field::OwnPush, push + tap, -most, most);
+    let is_pushed = push.abs() + tap.abs() != 0.0;
+    if is_pushed && (chain.workspace.is_none() || chain.speed.is_none()) {
         fields.refuse(Refusal::Unsupported(Field::OwnPush));
     }
 }
