@@ -247,7 +247,10 @@ fn a_wall_that_friction_alone_holds_still_is_named_so() {
     );
     place.write("wall.toml", wall);
     let ended = place.run("run wall.toml --json --out wall");
-    assert!(ended.stderr.contains("held by friction: without friction"), "{ended}");
+    assert!(
+        ended.stderr.contains("held by friction: without friction"),
+        "{ended}"
+    );
     let report = ended.succeeded_with_warnings().json();
     assert_eq!(report["verdict"], "held-by-friction");
     assert_eq!(report["stable"], false);
