@@ -240,7 +240,6 @@ def test_a_plant_comes_back_from_arrays_and_from_a_table_and_is_tried_on_another
         ({"model": "1/(s+"}, "change `model`"),
         ({"delay_s": -1.0}, "`delay_s` = -1 is not from 0 to 86400 s"),
         ({"columns": "input=valve"}, "columns belong to tables"),
-        ({"sample_time_s": 0.1}, "leave `sample_time_s` out"),
         ({"validate": ([0.0, 1.0], [1.0])}, "give \\(t, u, y\\)"),
     ],
 )
