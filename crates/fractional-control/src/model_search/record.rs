@@ -116,8 +116,8 @@ impl InputOutput {
 
     /// Distance of the smallest and the largest of 0 and the inputs.
     pub(super) fn input_span(&self) -> f64 {
-        let ends = self.input.iter().fold((0.0, 0.0), ends);
-        ends.1 - ends.0
+        let inputs = || self.input.iter().copied();
+        inputs().fold(0.0, f64::max) - inputs().fold(0.0, f64::min)
     }
 
     /// True if no step differs from T by more than a thousandth of it.
@@ -201,10 +201,6 @@ impl InputOutput {
 /// as the floor.
 pub(super) fn bic(samples: f64, rms_residual: f64, numbers: f64, floor: f64) -> f64 {
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
-}
-
-fn ends((least, most): (f64, f64), value: &f64) -> (f64, f64) {
-    (value.min(least), value.max(most))
 }
 
 pub(super) fn left(record: &InputOutput, model: &[f64]) -> Vec<f64> {

@@ -160,7 +160,7 @@ impl Taps {
         };
         let [ratio, from, to] = fit.ratio();
         let gone = fit.left() < GONE;
-        let limit = 0.0141_f64.powf(hop / (0.96 * self.settles_in));
+        let limit = libm::pow(0.0141, hop / (0.96 * self.settles_in));
         let small = share > SMALL_TAP;
         let margin = if small { 2.0 * share } else { 0.0 };
         // Friction holds nothing still if one step of the encoder makes far more force.

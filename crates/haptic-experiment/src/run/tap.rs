@@ -35,7 +35,7 @@ impl TappedLaw {
         );
         let swings_s = 40.0 * std::f64::consts::PI * (self.mass_kg / k).sqrt();
         let relaxes_s = match self.order > 0.0 && b > 0.0 {
-            true => 8.0 * (b / k).powf(self.order.recip()),
+            true => 8.0 * libm::pow(b / k, self.order.recip()),
             false => 0.0,
         };
         let ticks = f64::max(swings_s, relaxes_s) / self.sample_time_s;
@@ -56,10 +56,10 @@ impl TappedLaw {
             self.order,
         );
         let lasts_s = f64::from(self.ticks()) * self.sample_time_s;
-        let holds = k + b * lasts_s.powf(-mu);
+        let holds = k + b * libm::pow(lasts_s, -mu);
         let swings = f64::max(
             (k / self.mass_kg).sqrt(),
-            (b / self.mass_kg).powf((2.0 - mu).max(0.1).recip()),
+            libm::pow(b / self.mass_kg, (2.0 - mu).max(0.1).recip()),
         )
         .min(2.0 / self.sample_time_s);
         let all = [

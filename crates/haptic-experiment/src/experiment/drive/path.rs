@@ -31,7 +31,8 @@ impl Section {
         let [omega, amplitude] = [TAU * self.sine[0], self.sine[1]];
         let speed = (self.to_m - self.from_m) / self.duration_s;
         Motion {
-            position_m: self.from_m + speed * time_s - amplitude * (1.0 - (omega * time_s).cos()),
+            position_m: self.from_m + speed * time_s
+                - amplitude * (1.0 - libm::cos(omega * time_s)),
             held: speed == 0.0 && amplitude == 0.0,
         }
     }

@@ -263,7 +263,7 @@ impl Press {
             let mean = 1.0 / f64::from(OFFSET_SAMPLES).sqrt();
             let moved = zero_moved_n.unwrap_or(0.0) / noise_n;
             let drift = (record.time_s.iter())
-                .map(|time_s| (2.0_f64.sqrt() * mean).hypot(moved) * time_s / whole_s);
+                .map(|time_s| libm::hypot(2.0_f64.sqrt() * mean, moved) * time_s / whole_s);
             record.doubts = vec![vec![mean; record.time_s.len()], drift.collect()];
         }
         if !is_sensed {
