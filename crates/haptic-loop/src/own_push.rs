@@ -72,9 +72,11 @@ pub struct OwnPushHistory<F, H> {
     inner: H,
     /// 0 without a push.
     start_m: F,
-    /// The tap of this tick with the other sign, N, and ticks since its newest step.
-    tap_pull_n: F,
+    /// Push and tap of this tick with the other sign, N: one number, so that a tick is not dearer for the tap.
+    pull_n: F,
+    /// Ticks since the tap's newest step.
     since: u32,
+    is_tapped: bool,
 }
 
 impl<F: Real, E> OwnPush<F, E> {
@@ -114,18 +116,16 @@ impl<F: Real, E> OwnPush<F, E> {
     }
 
     #[inline]
-    fn with_push<H>(&self, history: &OwnPushHistory<F, H>, force: SVector<F, 1>) -> SVector<F, 1> {
-        SVector::from([force[0] - self.pull_n - history.tap_pull_n])
-    }
-
-    #[inline]
     fn count<H>(&self, history: &mut OwnPushHistory<F, H>) {
         if self.tap.ticks > 0 {
             history.since = history.since.wrapping_add(1);
             if history.since >= self.tap.ticks {
                 history.since = 0;
-                // Off, or on again.
-                history.tap_pull_n = -self.tap.force_n - history.tap_pull_n;
+                history.is_tapped = !history.is_tapped;
+                history.pull_n = match history.is_tapped {
+                    true => self.pull_n - self.tap.force_n,
+                    false => self.pull_n,
+                };
             }
         }
     }
@@ -140,6 +140,11 @@ impl<F: Real, H> OwnPushHistory<F, H> {
     fn place(&self, position_m: &SVector<F, 1>) -> SVector<F, 1> {
         SVector::from([position_m[0] - self.start_m])
     }
+
+    #[inline]
+    fn with_push(&self, force: SVector<F, 1>) -> SVector<F, 1> {
+        SVector::from([force[0] - self.pull_n])
+    }
 }
 
 impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
@@ -149,15 +154,16 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         OwnPushHistory {
             inner: self.inner.at_rest(),
             start_m: F::ZERO,
-            tap_pull_n: F::ZERO,
+            pull_n: self.pull_n,
             since: 0,
+            is_tapped: false,
         }
     }
 
     fn rest(&self, history: &mut Self::History) {
         self.inner.rest(&mut history.inner);
         history.start_m = F::ZERO;
-        (history.tap_pull_n, history.since) = (F::ZERO, 0);
+        (history.pull_n, history.since, history.is_tapped) = (self.pull_n, 0, false);
     }
 
     fn settle(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
@@ -171,7 +177,7 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
         let place = history.place(position_m);
-        self.with_push(history, self.inner.force(&history.inner, &place))
+        history.with_push(self.inner.force(&history.inner, &place))
     }
 
     #[inline]
@@ -182,7 +188,7 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
     ) -> (SVector<F, 1>, SVector<F, 1>) {
         let place = history.place(position_m);
         let (force, input) = self.inner.force_and_input(&history.inner, &place);
-        (self.with_push(history, force), input)
+        (history.with_push(force), input)
     }
 
     #[inline]
@@ -199,7 +205,7 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         applied_n: &SVector<F, 1>,
     ) {
         let of_law = match self.is_pushed {
-            true => SVector::from([applied_n[0] + self.pull_n + history.tap_pull_n]),
+            true => SVector::from([applied_n[0] + history.pull_n]),
             false => *applied_n,
         };
         (self.inner).advance_applied(&mut history.inner, input, &of_law);
