@@ -105,16 +105,18 @@ pub(crate) struct MeasurePlan {
     pub own: OwnLimits,
 }
 
-/// Limits of a device itself: largest force, N, and ends of its workspace, m.
+/// Limits of a device itself: largest force, N, its rate, N/s, and ends of its workspace, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OwnLimits {
     pub force_n: f64,
+    pub force_rate_n_per_s: f64,
     pub workspace_m: [f64; 2],
 }
 
 impl OwnLimits {
     pub(crate) const NONE: Self = Self {
         force_n: f64::INFINITY,
+        force_rate_n_per_s: f64::INFINITY,
         workspace_m: [f64::NEG_INFINITY, f64::INFINITY],
     };
 
@@ -123,6 +125,7 @@ impl OwnLimits {
         let [low_m, high_m] = [set.workspace_low_m, set.workspace_high_m].map(f64::from);
         Self {
             force_n: set.force_n.into(),
+            force_rate_n_per_s: set.force_rate_n_per_s.into(),
             workspace_m: match low_m < high_m && axis == MeasuredAxis(0) {
                 true => [low_m, high_m],
                 false => Self::NONE.workspace_m,
@@ -142,6 +145,9 @@ impl MeasurePlan {
     const CENTRE_S: f64 = 3.0;
     /// Share of [`near_m`](Self::near_m) that counts as a motion, and share of the box in which it may rest.
     const MOVES: f64 = 0.02;
+
+    /// Rate of force that lets enough of the multi-sine through, in its largest force, 1/s: its slow lines, and less of its fast ones.
+    const RATE_PER_S: f64 = 100.0;
 
     /// Forces that keep a device moving, in those at which it began to: of fewer than twice as many the multi-sine would have some only.
     const KEEPS_MOVING: f64 = 3.0;
@@ -186,7 +192,7 @@ impl MeasurePlan {
         let (force, middle_m) = (self.force_n(), self.middle_m(start_m));
         let default = SafetyLimits::default();
         // As steep as the fastest line of the multi-sine, so that its highest frequencies get through.
-        let rate = f64::max(default.rate.0, 1000.0 * force);
+        let rate = f64::max(default.rate.0, 1000.0 * force).min(self.own.force_rate_n_per_s);
         SafetyLimits {
             force: Newtons(force),
             norm: None,

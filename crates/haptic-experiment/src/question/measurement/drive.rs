@@ -186,13 +186,16 @@ impl Outcome {
                 let needed_n = MeasurePlan::KEEPS_MOVING * friction_n;
                 // Friction of the next run may be a few per cent more, which must not ask again.
                 let given_n = 1.1 * needed_n;
+                let limits = plan.own_limit_too(given_n);
+                let remedy = match plan.is_too_slow(given_n) && given_n <= plan.force_n() {
+                    true => format!("give{}", limits.trim_start_matches(", and")),
+                    false => format!("give {}{limits}", set_force(given_n)),
+                };
                 format!(
                     "friction holds the device, and the force is zero: it began to move at {}, but up to {force} hardly keep it moving, \
-                     which takes {}: give {}{}",
+                     which takes {}: {remedy}",
                     in_newtons(friction_n),
                     in_newtons(needed_n),
-                    set_force(given_n),
-                    plan.own_limit_too(given_n)
                 )
             }
             Self::Against(force_n) => format!(
@@ -207,12 +210,15 @@ impl Outcome {
     }
 }
 
-/// The force limit whose share is this force, N, in two digits and not below it.
+/// The force limit whose share is this force, N.
 fn set_force(force_n: f64) -> String {
-    let limit_n = force_n / MeasurePlan::SHARE;
-    let unit = libm::pow(10.0, libm::floor(libm::log10(limit_n)) - 1.0);
-    let steps = libm::ceil(limit_n / unit - 1e-9);
-    MEASURE_FORCE_LIMIT.set_to(digits(steps * unit, 2))
+    MEASURE_FORCE_LIMIT.set_to(digits(two_digits_up(force_n / MeasurePlan::SHARE), 2))
+}
+
+/// A number above 0 in two digits, and not below it.
+fn two_digits_up(value: f64) -> f64 {
+    let unit = libm::pow(10.0, libm::floor(libm::log10(value)) - 1.0);
+    unit * libm::ceil(value / unit - 1e-9)
 }
 
 impl MeasurePlan {
@@ -225,13 +231,26 @@ impl MeasurePlan {
             .err()
     }
 
+    /// True if the device itself changes its force too slowly for a multi-sine of this one, N.
+    fn is_too_slow(&self, force_n: f64) -> bool {
+        self.own.force_rate_n_per_s < Self::RATE_PER_S * force_n
+    }
+
     /// Words for a force, N, that the limits of the device itself do not allow.
     fn own_limit_too(&self, force_n: f64) -> String {
-        if force_n <= self.own.force_n {
-            return String::new();
-        }
         let own = written("force_n", self.own.force_n);
-        format!(", and the device more than its own limit of {own} (`host-cli device set`)")
+        let least = two_digits_up(Self::RATE_PER_S * force_n);
+        let [least, rate] =
+            [least, self.own.force_rate_n_per_s].map(|rate| written("force_rate_n_per_s", rate));
+        let force = format!("more than its own limit of {own}");
+        let rate = format!("a rate of {least} instead of its own {rate}");
+        let own = match (force_n > self.own.force_n, self.is_too_slow(force_n)) {
+            (false, false) => return String::new(),
+            (true, false) => force,
+            (false, true) => rate,
+            (true, true) => format!("{force} and {rate}"),
+        };
+        format!(", and the device {own} (`host-cli device set`)")
     }
 }
 

@@ -401,22 +401,44 @@ fn what_friction_holds_is_told_the_friction_and_a_force_that_moves_it() {
         }
     }
     assert!(told > 2, "{told}");
-    // Where the device's own limit is in the way, that is said too, and no more than it is tried.
-    let plan = short().within(OwnLimits {
-        force_n: 0.35,
-        ..OwnLimits::NONE
-    });
+    // Where the device's own limits are in the way, that is said too, and what is said helps.
     let rubbing = MassDamperConfig {
-        friction: Newtons(0.34),
+        friction: Newtons(0.3),
         ..usual()
     };
-    let driven = Fine::new(rubbing, 4).drive(&plan);
-    let message = refusal(&driven, &plan);
-    assert!(
-        message
-            .ends_with("and the device more than its own limit of 350 mN (`host-cli device set`)"),
-        "{message}"
-    );
+    let driven = |own| {
+        let plan = MeasurePlan {
+            force_limit_n: 6.0,
+            ..short().within(own)
+        };
+        let driven = Fine::new(rubbing, 4).drive(&plan);
+        (driven.outcome != Outcome::Complete).then(|| refusal(&driven, &plan))
+    };
+    let none = OwnLimits::NONE;
+    for (force_n, force_rate_n_per_s, words) in [
+        (
+            0.35,
+            none.force_rate_n_per_s,
+            "more than its own limit of 350 mN",
+        ),
+        (
+            none.force_n,
+            20.0,
+            "a rate of 120 N/s instead of its own 20 N/s",
+        ),
+        (none.force_n, 120.0, ""),
+    ] {
+        let told = driven(OwnLimits {
+            force_n,
+            force_rate_n_per_s,
+            ..none
+        });
+        let wanted = format!("the device {words} (`host-cli device set`)");
+        match &told {
+            None => assert_eq!(words, ""),
+            Some(told) => assert!(told.ends_with(&wanted), "{told}"),
+        }
+    }
 }
 
 #[test]
