@@ -8,13 +8,15 @@ import { Bench } from './bench.mjs';
 
 export const root = fileURLToPath(new URL('../..', import.meta.url));
 const IMAGE = process.env.PICO_IMAGE ?? join(root, 'target/firmware/thumbv6m-none-eabi/release/haptic-rp2040');
+/** The image with a load cell. */
+export const SENSING = `${IMAGE}-force-sensor`;
 export const COMMAND = process.env.HOST_CLI ?? join(root, 'target/debug/host-cli');
 
 /** A bench for one test, with a folder that goes with the test. */
-export async function bench(test, device = {}, cached = Boolean(process.env.PICO_CACHE)) {
-  for (const file of [IMAGE, COMMAND]) if (!existsSync(file)) throw new Error(`${file} is missing: README.md says how it is built`);
+export async function bench(test, device = {}, cached = Boolean(process.env.PICO_CACHE), image = IMAGE) {
+  for (const file of [image, COMMAND]) if (!existsSync(file)) throw new Error(`${file} is missing: README.md says how it is built`);
   const folder = mkdtempSync(join(tmpdir(), 'pico-'));
-  const made = new Bench(IMAGE, device, cached);
+  const made = new Bench(image, device, cached);
   made.folder = folder;
   // What is remembered of a device goes with the test.
   made.options = { cwd: folder, env: { ...process.env, FRACTIONAL_HAPTICS_STATE: join(folder, 'state') } };

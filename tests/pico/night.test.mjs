@@ -4,7 +4,7 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { COMMAND, bench, root, run } from './host.mjs';
+import { COMMAND, SENSING, bench, root, run, start, until } from './host.mjs';
 import { DEVICE } from './world.mjs';
 
 const STEP_M = DEVICE.encoder_step_m;
@@ -301,4 +301,80 @@ test('a hundred thousand corrupted frames among the host\'s own change nothing',
   assert.equal(sent, FRAMES);
   assert.deepEqual([report.link.samples_lost, report.link.overruns, board.resets], [0, 0, 0]);
   assert.ok(report.max_relative_error < 1e-6, `${report.max_relative_error}`);
+});
+
+test('the first hour as the guide prints it, on a slide that rubs and has a load cell: nothing stands still without a word', async (t) => {
+  const slide = { friction_n: 0.3, sensor_range_n: 20, sensor_offset_n: 0.2, sensor_noise_n: 0.002 };
+  const board = await bench(t, slide, undefined, SENSING);
+  const step = async (line, code, words) => {
+    const { out, err, code: ended } = await run(board, `${line} --device PORT`.split(' '), (text) => {
+      if (text.includes('press the emergency stop')) board.apply({ stop: true });
+      if (text.includes('release it')) board.apply({ stop: false });
+    });
+    t.diagnostic(`${line}: ${ended} ${err.trim().split('\n').join(' | ')}`);
+    assert.equal(ended, code, err);
+    assert.match(out + err, words);
+    return out;
+  };
+  await step('device set force_limit=0.5N force_rate_limit=20N/s workspace=-20mm:20mm speed_limit=0.25 stop_time=0.1s', 0, /500 mN/);
+  await step('device selftest', 3, /hardly moved under 0.1 N/);
+  await step('device selftest --force-limit 0.4N --out first.md', 0, /mm with its force/);
+  const form = readFileSync(join(board.folder, 'first.md'), 'utf8');
+  assert.match(form, new RegExp(`host-cli device measure --device ${board.name} --force-limit 2.5N`));
+  const measure = 'watchdog=1s max_age_ticks=1000 --out device.toml';
+  const held = await run(board, `device measure --device PORT --force-limit 2.5N ${measure}`.split(' '));
+  t.diagnostic(held.err);
+  assert.equal(held.code, 1, held.err);
+  // What it asks for, then back: two fingers hold half a newton beside the friction.
+  const [, limit, rate] = held.err.match(/began to move at 3\d\d(?:\.\d)? mN, .* give --force-limit (\S+), and the device more than its own limit of 500 mN and a rate of (\S+) N\/s/);
+  await step(`device set force_limit=${limit}N force_rate_limit=${rate}`, 0, /loosened/);
+  await step(`device measure --force-limit ${limit}N ${measure}`, 0, /friction/);
+  await step('device set force_limit=0.8N force_rate_limit=20N/s', 0, /800 mN/);
+  const found = Number(readFileSync(join(board.folder, 'device.toml'), 'utf8').match(/^friction_n = (.*)$/m)[1]);
+  assert.ok(Math.abs(found - slide.friction_n) < 0.02, `${found} N of friction`);
+  writeFileSync(join(board.folder, 'first-wall.toml'), readFileSync(join(root, 'docs/guide/src/first-time.md'), 'utf8').match(/```toml first-wall.toml\n([^]*?)```/)[1]);
+  const wall = 'run first-wall.toml push=0.4N force_limit=0.8N watchdog=1s';
+  const away = { stiffness_n_per_m: 0, damping_n_s_per_m: 0 };
+  // A hand puts the handle where the wall begins on both sides, and lets it rest there.
+  const home = async () => {
+    board.world.onEnable = () => {};
+    board.apply({ hand: { stiffness_n_per_m: 2e4, damping_n_s_per_m: 70, speed_m_per_s: 0.1, position_m: 0 } });
+    const { world } = board;
+    await until(board, () => Math.abs(world.position_m) < 1e-4 && Math.abs(world.velocity_m_per_s) < 1e-4, 10);
+  };
+  await home();
+  board.apply({ hand: away });
+  const alone = JSON.parse(await step(`${wall} duration=1s --out alone --json`, 0, /nobody touched it/));
+  assert.equal(alone.felt.contacts, 0, JSON.stringify(alone.felt));
+  // A finger that goes 8 mm into the wall, when the run has begun for certain.
+  const finger = async () => {
+    await home();
+    board.apply({ hand: { stiffness_n_per_m: 300, damping_n_s_per_m: 2, speed_m_per_s: 0.01 } });
+    board.world.onEnable = (high) => high && board.at(board.nanos + 2e9, () => board.apply({ hand: { position_m: 8e-3 } }));
+  };
+  await finger();
+  const felt = JSON.parse(await step(`${wall} duration=5s --out wall --json`, 0, /felt/));
+  assert.ok(felt.felt.contacts > 0 && felt.felt.peak_force_n > 0.2, JSON.stringify(felt.felt));
+  t.diagnostic(JSON.stringify(felt.felt));
+  // The cable, then the program, is taken away while it pushes: the watchdog of a second takes the force.
+  for (const [words, take] of [
+    ['the cable is out', () => board.apply({ cable: false })],
+    ['the program is killed', (host) => host.child.kill('SIGKILL')],
+  ]) {
+    await finger();
+    const host = start(board, `${wall} duration=60s --out ${words.replaceAll(' ', '-')} --device PORT`.split(' '));
+    await until(board, () => board.world.force_n < -0.2, 20);
+    const [from_n, began] = [board.world.force_n, board.nanos];
+    take(host);
+    await until(board, () => board.world.force_n === 0 && !board.world.enabled, 3);
+    t.diagnostic(`${words}: ${from_n.toFixed(3)} N, gone after ${((board.nanos - began) / 1e6).toFixed(0)} ms`);
+    assert.ok(board.nanos - began < 1.2e9);
+    board.world.onEnable = () => {};
+    await board.live(() => host.code !== undefined);
+    t.diagnostic(`${words}: ${host.code} ${host.err.trim()}`);
+    if (!board.cable.plugged) board.apply({ cable: true });
+    await until(board, () => board.cable.connected, 5);
+    // The device says what it was, and goes on.
+    await step('device info', 0, /silent|heard nothing|2/);
+  }
 });

@@ -200,7 +200,7 @@ impl fmt::Display for Explained<'_> {
                 allowed_n,
             } => write!(
                 f,
-                "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of contact first"
+                "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of contact first, or to 0 m where the law has no outside"
             ),
             Refusal::FaultPersists(code) => match Fault::from_code(*code) {
                 Some(fault @ (Fault::PositionJump | Fault::EncoderWire | Fault::Reset)) => write!(

@@ -400,11 +400,21 @@ fn configuration(
 /// Keeps a run within the limits that are set on the device, and says in one line where these are the tighter ones.
 fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option<String> {
     type Row = (&'static str, fn(&Limits) -> f32, &'static str);
-    const ROWS: [Row; 4] = [
-        ("at most", |limits| limits.force_n, "N"),
-        ("at most", |limits| limits.force_rate_n_per_s, "N/s"),
-        ("rising in", |limits| limits.rise_time_s, "s"),
-        ("at most", |limits| limits.speed_hard_m_per_s, "m/s"),
+    const ROWS: [Row; 6] = [
+        ("at most", |limits| limits.force_n, "force_n"),
+        (
+            "at most",
+            |limits| limits.force_rate_n_per_s,
+            "force_rate_n_per_s",
+        ),
+        ("rising in", |limits| limits.rise_time_s, "rise_time_s"),
+        (
+            "at most",
+            |limits| limits.speed_hard_m_per_s,
+            "speed_m_per_s",
+        ),
+        ("from", |limits| limits.workspace_low_m, "position_m"),
+        ("up to", |limits| limits.workspace_high_m, "position_m"),
     ];
     let asked = configuration.limits;
     let (tight, looser) = configuration.tightened(set);
@@ -413,7 +423,10 @@ fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option
     // Limits that this run asked for are not those of the device.
     let tighter = ROWS.iter();
     let tighter = tighter.filter(|(_, of, _)| of(&tight).to_bits() != of(&asked).to_bits());
-    let tighter = tighter.map(|(words, of, unit)| format!("{words} {} {unit}", of(&tight)));
+    let tighter = tighter.map(|(words, of, key)| {
+        let value = f64::from(of(&tight));
+        format!("{words} {}", haptic_quantity::written(key, value))
+    });
     let tighter: Vec<String> = tighter.collect();
     let tighter = match tighter.as_slice() {
         [] => looser.to_string(),

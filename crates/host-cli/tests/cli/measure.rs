@@ -125,7 +125,7 @@ fn a_serial_device_is_measured_without_its_line() {
     // A limit that the measurement asks for is none of the device.
     let line = "device measure --device serial:device --duration 1s --box 50mm --force-limit 3.3N watchdog=1s max_age_ticks=1000";
     let ended = device.place().run(line).succeeded_with_warnings();
-    let tighter = "set on the device hold where they are tighter: rising in 0.5 s; a run";
+    let tighter = "set on the device hold where they are tighter: rising in 500 ms; a run";
     assert!(ended.stderr.contains(tighter), "{ended}");
 }
 
