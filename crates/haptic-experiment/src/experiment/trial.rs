@@ -21,7 +21,6 @@ use crate::document::parameters::{PUSH_BY, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
-use crate::judge::swings::Taps;
 use crate::run::advice::parameter;
 use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteLaw, held};
@@ -188,40 +187,19 @@ impl TrialPlan {
         order: Order,
         contact: WallContact,
     ) -> Option<TappedLaw> {
-        let push_n = self.own_push_n()?;
-        (self.criterion == Criterion::Settling).then(|| TappedLaw {
-            stiffness_n_per_m: k + device.stiffness.0,
-            dissipation_n_s_mu_per_m: b,
+        Some(TappedLaw {
+            device: *device,
+            wall: [k + device.stiffness.0, b],
             order: order.get(),
-            mass_kg: device.mass.0,
-            sample_time_s: device.sample_time.0,
             samples: (self.duration_s / device.sample_time.0).round() as u64 + 1,
             lifts: contact != WallContact::Linear,
-            push_n,
+            push_n: self.tapping_push_n()?,
         })
     }
 
-    /// The judge of a law that is tapped on a device.
-    pub(crate) fn judge_of_taps(
-        &self,
-        judge: Judge,
-        law: &TappedLaw,
-        device: &MassDamperConfig,
-        encoder_step_m: f64,
-        step_n_per_m: f64,
-    ) -> Judge {
-        let ticks = law.ticks();
-        let quiet_s = 0.25 * f64::from(ticks) * law.sample_time_s;
-        let taps = Taps {
-            ticks: ticks as usize,
-            settles_in: law.samples as f64,
-            hand_n_per_m: device.stiffness.0,
-            friction_n: device.friction.0,
-            encoder_step_m,
-            step_n: step_n_per_m * encoder_step_m,
-            seen: Vec::new(),
-        };
-        judge.tapped(taps, self.duration_s - quiet_s)
+    /// The push of a motor that taps, N; `None` where nobody taps.
+    pub(crate) fn tapping_push_n(&self) -> Option<f64> {
+        (self.own_push_n()).filter(|_| self.criterion == Criterion::Settling)
     }
 
     /// Starts from rest, for a device that cannot be thrown.

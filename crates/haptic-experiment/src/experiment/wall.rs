@@ -201,11 +201,11 @@ impl WallExperiment {
 
     /// The wall as the motor taps it that renders it and pushes, in the device's own loop.
     fn tapped(&self) -> Option<TappedLaw> {
-        let (plan, device) = (self.setup.plan(), &self.setup.device);
+        let setup = &self.setup;
         let wall = [self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m];
-        let there = self.setup.conduct.remote.as_ref();
-        there.filter(|remote| remote.loop_mode == LoopMode::Device)?;
-        plan.tapped(device, wall, self.order, self.contact)
+        let there = setup.conduct.remote.as_ref()?.loop_mode == LoopMode::Device;
+        let tapped = (setup.plan()).tapped(&setup.device, wall, self.order, self.contact);
+        tapped.filter(|_| there)
     }
 
     /// The law for so many samples, and its verdict on such a device.
@@ -360,10 +360,9 @@ impl Trial for WallExperiment {
         };
         let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
         let (known, step_m) = (&self.setup.device, encoder_step(self.setup.sensors));
-        let mut judge = plan.judge(k + known.stiffness.0, k + b * rate, step_m, t.0);
-        if let Some(tapped) = &self.tapped() {
-            judge = plan.judge_of_taps(judge, tapped, known, step_m, k + b * rate);
-        }
+        let step = k + b * rate;
+        let judge = plan.judge(k + known.stiffness.0, step, step_m, t.0);
+        let judge = judge.tapped(self.tapped().as_ref(), step_m, step);
         let rest_m = self.expected_deflection(&operator)?;
         let law = OwnPush::new(self.pushing(operator)?, plan.own_push_n());
         Ok(Parts {

@@ -31,6 +31,7 @@
 use crate::document::named::named;
 use crate::judge::swings::{Swings, Taps};
 use crate::run::ending::{AT_LIMIT, Ending, MotorPush};
+use crate::run::tap::TappedLaw;
 use serde::Serialize;
 
 /// Share of the samples in which the force may be at its limit.
@@ -205,10 +206,6 @@ impl Settling {
         }
     }
 
-    fn grows_after_taps(&self) -> bool {
-        self.swings.is_some_and(|swings| swings.dies == Some(false))
-    }
-
     /// Why it is not stable, in words; `None` if it is.
     pub(crate) fn reason(&self) -> Option<String> {
         let share = self.saturated_share.unwrap_or(0.0);
@@ -236,16 +233,16 @@ impl Settling {
                 "{}; what followed was not judged",
                 Ending::Swing.reason(None)
             )),
-            TrialVerdict::Unstable if self.grows_after_taps() => self.swings.map(|swings| {
-                format!(
-                    "after a tap {:.4} [{:.4}, {:.4}] of each swing is left in the next, more than {:.4}",
-                    swings.swing_ratio,
-                    swings.swing_ratio_from,
-                    swings.swing_ratio_to,
-                    swings.swing_ratio_limit
-                )
-            }),
             TrialVerdict::Unstable => {
+                if let Some(swings) = self.swings.filter(|swings| swings.dies == Some(false)) {
+                    return Some(format!(
+                        "after a tap {:.4} [{:.4}, {:.4}] of each swing is left in the next, more than {:.4}",
+                        swings.swing_ratio,
+                        swings.swing_ratio_from,
+                        swings.swing_ratio_to,
+                        swings.swing_ratio_limit
+                    ));
+                }
                 let (position, force, range) = (
                     (self.position_std_m, self.position_std_limit_m),
                     (self.force_std_n, self.force_std_limit_n),
@@ -364,11 +361,31 @@ impl Judge {
         self.swung = true;
     }
 
-    /// Judges the swings after taps, and the rest over the end of the time after the last one.
-    pub(crate) fn tapped(self, taps: Taps, from_s: f64) -> Self {
+    /// Judges the swings after the taps of a law, if there are some, and the rest over the end of the time after the last one. A step of the
+    /// encoder, m, makes so much force through the law, N/m.
+    pub(crate) fn tapped(
+        self,
+        law: Option<&TappedLaw>,
+        encoder_step_m: f64,
+        step_n_per_m: f64,
+    ) -> Self {
+        let Some(law) = law else {
+            return self;
+        };
+        let (ticks, t) = (law.ticks(), law.device.sample_time.0);
+        let quiet_s = 0.25 * f64::from(ticks) * t;
+        let taps = Taps {
+            ticks: ticks as usize,
+            settles_in: law.samples as f64,
+            hand_n_per_m: law.device.stiffness.0,
+            friction_n: law.device.friction.0,
+            encoder_step_m,
+            step_n: step_n_per_m * encoder_step_m,
+            seen: Vec::new(),
+        };
         Self {
             taps: Some(taps),
-            from_s: self.from_s.max(from_s),
+            from_s: self.from_s.max(2.0 * self.half_s - quiet_s),
             ..self
         }
     }
@@ -429,8 +446,8 @@ impl Judge {
         let range = self.force_ends_n.1 - self.force_ends_n.0;
         let within = |have: f64, most: Option<f64>| most.is_none_or(|most| have <= most);
         let swings = self.taps.as_ref().filter(|_| seen).and_then(Taps::swings);
-        let falls = |taps: &Taps| taps.falls(self.position.count as usize);
-        let falls = self.taps.as_ref().is_some_and(falls);
+        let window = self.position.count as usize;
+        let falls = (self.taps.as_ref()).is_some_and(|taps| taps.falls(window));
         let rests = deviations.is_some_and(|(position, force)| {
             within(position, self.tolerance.position_std_m)
                 && within(force, self.tolerance.force_std_n)
@@ -491,19 +508,26 @@ mod tests {
         threshold_m: 1e-4,
     };
 
-    /// Judges 5 s at 1 kHz of these positions and forces, the window being the last 0.4 s.
-    fn judged(
-        criterion: Criterion,
-        scales: Scales,
-        motion: impl Fn(u32) -> (f64, f64),
-    ) -> Settling {
+    fn judge(criterion: Criterion, scales: Scales) -> Judge {
         let tolerance = Tolerance::new(criterion, scales);
-        let mut judge = Judge::new(criterion, 0.1, tolerance, 4.6, 2.5, 3.3);
+        Judge::new(criterion, 0.1, tolerance, 4.6, 2.5, 3.3)
+    }
+
+    /// Judges 5 s at 1 kHz of these positions and forces, the window being the last 0.4 s.
+    fn seen(mut judge: Judge, motion: impl Fn(u32) -> (f64, f64)) -> Settling {
         for n in 0..5001 {
             let (position, force) = motion(n);
             judge.see(1e-3 * f64::from(n), position, force);
         }
         judge.settling(true, None)
+    }
+
+    fn judged(
+        criterion: Criterion,
+        scales: Scales,
+        motion: impl Fn(u32) -> (f64, f64),
+    ) -> Settling {
+        seen(judge(criterion, scales), motion)
     }
 
     fn sign(n: u32) -> f64 {
@@ -517,103 +541,69 @@ mod tests {
         assert_eq!(new.verdict, TrialVerdict::Saturated);
         let old = judged(Criterion::Dissertation, STIFF, buzzing);
         assert_eq!(old.verdict, TrialVerdict::Stable);
-        // Far from the force limit it is seen too: by the position, by the force.
-        let by_position = |n| (10e-6 + 3e-6 * sign(n), -1.0);
-        let by_force = |n| (10e-6, -1.0 + 0.06 * sign(n));
-        let quiet = |n| (10e-6 + 1.9e-6 * sign(n), -1.0 + 0.049 * sign(n));
-        for (motion, verdict) in [
-            (
-                &by_position as &dyn Fn(u32) -> (f64, f64),
-                TrialVerdict::Unstable,
-            ),
-            (&by_force, TrialVerdict::Unstable),
-            (&quiet, TrialVerdict::Stable),
-        ] {
-            let settling = judged(Criterion::Settling, STIFF, motion);
-            assert_eq!(settling.verdict, verdict, "{settling:?}");
-            assert_eq!(settling.reason().is_none(), settling.stable);
-        }
     }
 
     #[test]
-    fn one_step_of_the_encoder_through_the_operator_is_no_buzz() {
-        // 50 kN/m of dissipation a step and 2 µm: 0.1 N.
-        let coarse = Scales {
-            encoder_step_m: 2e-6,
+    fn a_wall_rests_whose_position_and_force_vary_by_no_more_than_its_encoder_and_a_share_of_the_push()
+     {
+        let encoder = |encoder_step_m| Scales {
+            encoder_step_m,
             ..STIFF
         };
-        let flips = |n| (10e-6, -1.0 + 0.09 * sign(n));
-        assert!(judged(Criterion::Settling, coarse, flips).stable);
-        assert!(!judged(Criterion::Settling, STIFF, flips).stable);
-    }
-
-    #[test]
-    fn a_wall_that_is_untouched_at_the_end_proves_nothing() {
-        let left = |n| if n == 3 { (1e-6, -0.1) } else { (-1e-3, 0.0) };
-        let settling = judged(Criterion::Settling, STIFF, left);
-        assert_eq!(
-            (settling.stable, settling.verdict),
-            (false, TrialVerdict::Untouched)
-        );
-        assert!(settling.reason().is_some());
-    }
-
-    #[test]
-    fn a_step_of_more_than_a_quarter_of_the_push_is_no_excuse() {
         // 2 N into 650 kN/m of dissipation a step and 4 µm: 2.6 N a step, 0.5 N allowed.
         let coarse = Scales {
             push_n: 2.0,
             step_n_per_m: 6.5e5,
-            encoder_step_m: 4e-6,
+            ..encoder(4e-6)
+        };
+        let without_spring = Scales {
+            spring_n_per_m: 0.0,
             ..STIFF
         };
-        for (swing_n, stable) in [(1.3, false), (0.51, false), (0.49, true)] {
-            let swings = |n| (20e-6, -1.5 + swing_n * sign(n));
-            let settling = judged(Criterion::Settling, coarse, swings);
-            assert_eq!(settling.stable, stable, "{swing_n} N: {settling:?}");
-            assert_eq!(settling.force_std_limit_n, Some(0.5));
-        }
-    }
-
-    #[test]
-    fn a_force_that_swings_by_more_than_the_push_is_no_rest_however_rarely() {
-        // An encoder so coarse that a standard deviation of 0.25 N is excused: one sample of fifty swings by 1.1 N, 0.15 N rms.
-        let coarse = Scales {
-            encoder_step_m: 5e-6,
-            ..STIFF
+        let buzzes = |m: f64, n: f64| move |tick| (10e-6 + m * sign(tick), -1.0 + n * sign(tick));
+        let rarely = |n: f64| {
+            move |tick: u32| {
+                let swing_n = if tick.is_multiple_of(50) { n } else { 0.0 };
+                (10e-6, swing_n - 1.0)
+            }
         };
-        for (swing_n, stable) in [(1.1, false), (0.9, true)] {
-            let swings = |n: u32| {
-                (
-                    10e-6,
-                    if n.is_multiple_of(50) {
-                        swing_n - 1.0
-                    } else {
-                        -1.0
-                    },
-                )
-            };
-            let settling = judged(Criterion::Settling, coarse, swings);
-            assert!(settling.force_std_n < Some(0.25), "{settling:?}");
-            assert_eq!(settling.stable, stable, "{settling:?}");
-            let range = settling.force_range_n.expect("seen");
-            assert!((range - swing_n).abs() < 1e-12, "{range}");
+        let hits = |samples| move |n| (10e-6, if n < samples { -3.3 } else { -1.0 });
+        let slides = |n| (1e-3 * f64::from(n), -1.0);
+        let left = |n| if n == 3 { (1e-6, -0.1) } else { (-1e-3, 0.0) };
+        type Motion<'a> = &'a dyn Fn(u32) -> (f64, f64);
+        use TrialVerdict::{Saturated, Stable, Unstable, Untouched};
+        for (scales, motion, verdict) in [
+            (STIFF, &buzzes(3e-6, 0.0) as Motion<'_>, Unstable),
+            (STIFF, &buzzes(0.0, 0.06), Unstable),
+            (STIFF, &buzzes(1.9e-6, 0.049), Stable),
+            // One step of the encoder through the operator: 50 kN/m of dissipation a step and 2 µm, 0.1 N.
+            (encoder(2e-6), &buzzes(0.0, 0.09), Stable),
+            (STIFF, &buzzes(0.0, 0.09), Unstable),
+            // A step of more than a quarter of the push is no excuse.
+            (coarse, &buzzes(0.0, 1.3), Unstable),
+            (coarse, &buzzes(0.0, 0.51), Unstable),
+            (coarse, &buzzes(0.0, 0.49), Stable),
+            // A standard deviation of 0.25 N is excused: one sample of fifty swings by 1.1 N, 0.15 N rms, more than the push.
+            (encoder(5e-6), &rarely(1.1), Unstable),
+            (encoder(5e-6), &rarely(0.9), Stable),
+            // An impact may reach the limit for a hundredth of the samples.
+            (STIFF, &hits(50), Stable),
+            (STIFF, &hits(51), Saturated),
+            (STIFF, &left, Untouched),
+            // Without a spring the force alone is judged.
+            (without_spring, &slides, Stable),
+        ] {
+            let settling = judged(Criterion::Settling, scales, motion);
+            assert_eq!(settling.verdict, verdict, "{settling:?}");
+            assert_eq!(settling.stable, verdict == Stable);
+            assert_eq!(settling.reason().is_none(), settling.stable);
         }
-    }
-
-    #[test]
-    fn an_impact_may_reach_the_limit_for_a_hundredth_of_the_samples() {
-        for (samples, stable) in [(50, true), (51, false)] {
-            let motion = |n| (10e-6, if n < samples { -3.3 } else { -1.0 });
-            let settling = judged(Criterion::Settling, STIFF, motion);
-            assert_eq!(settling.stable, stable, "{samples}");
-        }
+        assert!(!judged(Criterion::Dissertation, without_spring, slides).stable);
     }
 
     #[test]
     fn what_leaves_or_never_ends_is_not_stable() {
-        let tolerance = Tolerance::new(Criterion::Settling, STIFF);
-        let mut judge = Judge::new(Criterion::Settling, 0.1, tolerance, 4.6, 2.5, 3.3);
+        let mut judge = judge(Criterion::Settling, STIFF);
         assert!(judge.see(0.0, 0.0, 0.0));
         assert_eq!(judge.settling(true, None).verdict, TrialVerdict::Unfinished);
         assert!(!judge.see(1.0, f64::NAN, 0.0));
@@ -635,25 +625,9 @@ mod tests {
             (-0.5, 0.01, true),
             (-1.0, 0.01, false),
         ] {
-            let tolerance = Tolerance::new(Criterion::Settling, scales);
-            let judge = Judge::new(Criterion::Settling, 0.1, tolerance, 4.6, 2.5, 3.3);
-            let mut judge = judge.balancing(1.0, 50.0);
-            for n in 0..5001 {
-                judge.see(1e-3 * f64::from(n), position_m, force_n);
-            }
-            assert_eq!(judge.settling(true, None).stable, rests, "{force_n}");
+            let judge = judge(Criterion::Settling, scales).balancing(1.0, 50.0);
+            let settling = seen(judge, |_| (position_m, force_n));
+            assert_eq!(settling.stable, rests, "{force_n}");
         }
-    }
-
-    #[test]
-    fn without_a_spring_the_force_alone_is_judged() {
-        let damper = Scales {
-            spring_n_per_m: 0.0,
-            ..STIFF
-        };
-        let slides = |n: u32| (1e-3 * f64::from(n), -1.0);
-        let settling = judged(Criterion::Settling, damper, slides);
-        assert!(settling.stable && settling.position_std_limit_m.is_none());
-        assert!(!judged(Criterion::Dissertation, damper, slides).stable);
     }
 }

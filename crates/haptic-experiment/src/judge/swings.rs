@@ -77,14 +77,12 @@ impl Taps {
         let least = f64::max(0.05 * largest, 2.5 * self.encoder_step_m);
         let (mut turns, mut end, mut way) = (Vec::new(), (0, speeds[0]), 0.0);
         for (tick, &v) in speeds.iter().enumerate() {
-            let further = (v - end.1) * way;
-            if way == 0.0 && (v - end.1).abs() > least {
-                (way, end) = ((v - end.1).signum(), (tick, v));
-            } else if further > 0.0 {
+            let change = v - end.1;
+            if change * way > 0.0 {
                 end = (tick, v);
-            } else if further < -least {
-                turns.push(end.0);
-                (way, end) = (-way, (tick, v));
+            } else if change.abs() > least {
+                turns.extend((way != 0.0).then_some(end.0));
+                (way, end) = (change.signum(), (tick, v));
             }
         }
         After { speeds, turns }
@@ -93,63 +91,53 @@ impl Taps {
     /// Mean force of the motor over the end of the time before a tick, less the spring of a hand, N: at rest friction holds it.
     fn left_n(&self, before: usize) -> f64 {
         let last = &self.seen[before - self.ticks / 8..before];
-        let left = last
-            .iter()
-            .map(|(place_m, force_n)| force_n - self.hand_n_per_m * place_m);
-        left.sum::<f64>() / last.len() as f64
+        let left_n = |seen: &(f64, f64)| seen.1 - self.hand_n_per_m * seen.0;
+        last.iter().map(left_n).sum::<f64>() / last.len() as f64
     }
 
     /// True if the motion dies away at the end of the newest samples: it varies by less than in as many before them.
     pub(crate) fn falls(&self, samples: usize) -> bool {
         let end = self.seen.len();
-        let spread = |range: std::ops::Range<usize>| {
-            let places = self.seen[range].iter().map(|(place_m, _)| *place_m);
+        let spread = |from: usize| {
+            let places = self.seen[from..from + samples].iter().map(|seen| seen.0);
             let mean = places.clone().sum::<f64>() / samples as f64;
-            places
-                .map(|place| (place - mean) * (place - mean))
-                .sum::<f64>()
+            places.map(|m| (m - mean) * (m - mean)).sum::<f64>()
         };
-        end >= 2 * samples
-            && spread(end - samples..end) < 0.8 * spread(end - 2 * samples..end - samples)
+        end >= 2 * samples && spread(end - samples) < 0.8 * spread(end - 2 * samples)
     }
 
     /// The swings of a trial that reached its end.
     pub(crate) fn swings(&self) -> Option<Swings> {
+        let (all, ticks) = (self.seen.len(), self.ticks);
         // Force may rise for a third of the time.
-        let rising = self.seen.len() / 3;
-        let steps = (1..self.seen.len() / self.ticks.max(1)).map(|n| n * self.ticks);
-        let steps: Vec<usize> = steps
-            .filter(|&step| step + self.ticks / 8 > rising)
-            .collect();
-        if steps.is_empty() || self.ticks < 16 {
+        let steps = (ticks..all).step_by(ticks.max(1));
+        let steps = steps.filter(|step| step + ticks / 8 > all / 3 && step + ticks <= all);
+        let steps: Vec<usize> = steps.collect();
+        if steps.is_empty() || ticks < 16 {
             return None;
         }
         // Over some ticks, since the rate of the force is limited.
         let jump = |&step: &usize| {
-            let first = self.seen[step..step + self.ticks / 16].iter();
-            let jumps = first.map(|(_, force_n)| (force_n - self.seen[step - 1].1).abs());
-            jumps.fold(0.0, f64::max)
+            let jumps = self.seen[step..step + ticks / 16].iter();
+            jumps.fold(0.0, |most: f64, (_, force_n)| {
+                most.max((force_n - self.seen[step - 1].1).abs())
+            })
         };
         let tap_n = steps.iter().map(jump).sum::<f64>() / steps.len() as f64;
-        let ends = steps.iter().copied().chain([self.seen.len()]);
+        let ends = steps.iter().copied().chain([all]);
         let friction_n = ends.fold(self.friction_n, |most, end| {
             most.max(self.left_n(end).abs())
         });
         let after: Vec<After> = steps.iter().map(|&step| self.after(step)).collect();
-        let turned = after.iter().filter(|after| after.turns.len() > 1);
-        let (span, count) = turned.fold((0, 0), |(span, count), After { turns, .. }| {
-            (
-                span + turns[turns.len() - 1] - turns[0],
-                count + turns.len() - 1,
-            )
-        });
-        let half = match count {
-            0 => self.ticks as f64 / 16.0,
-            _ => (span as f64 / count as f64).min(self.ticks as f64 / 8.0),
+        let halves = after.iter().flat_map(|after| after.turns.windows(2));
+        let halves: Vec<usize> = halves.map(|turns| turns[1] - turns[0]).collect();
+        let half = match halves.len() {
+            0 => ticks as f64 / 16.0,
+            count => (halves.iter().sum::<usize>() as f64 / count as f64).min(ticks as f64 / 8.0),
         };
         let last = after.iter().filter_map(|after| after.turns.last()).max();
         let least = f64::max(*last.unwrap_or(&0) as f64 / 24.0, 3.0);
-        let hop = (half * (least / half).ceil().max(1.0)).min(self.ticks as f64 / 5.0);
+        let hop = (half * (least / half).ceil().max(1.0)).min(ticks as f64 / 5.0);
         let windows: Vec<Vec<f64>> = after.iter().map(|after| after.windows(half, hop)).collect();
         let first = windows.iter().map(|swings| swings[0]).fold(0.0, f64::max);
         let share = (friction_n / tap_n).min(1.0);
@@ -158,8 +146,8 @@ impl Taps {
             noise: f64::max(0.35 * self.encoder_step_m / hop.sqrt(), 3e-3 * first),
             windows,
         };
-        let [ratio, from, to] = fit.ratio();
         let gone = fit.left() < GONE;
+        let [ratio, from, to] = fit.ratio();
         let limit = libm::pow(0.0141, hop / (0.96 * self.settles_in));
         let small = share > SMALL_TAP;
         let margin = if small { 2.0 * share } else { 0.0 };
@@ -195,23 +183,19 @@ impl After {
         let weights: Vec<f64> = (0..length)
             .map(|n| 1.0 - libm::cos(turn * (n as f64 + 0.5)))
             .collect();
-        let mean = |values: &mut dyn Iterator<Item = f64>| {
-            weights
-                .iter()
-                .zip(values)
-                .map(|(weight, value)| weight * value)
-                .sum::<f64>()
-                / length as f64
-        };
         let mut swings = Vec::new();
         for n in 0..26 {
             let from = n as f64 * hop;
             let Some(window) = self.speeds.get(from as usize..from as usize + length) else {
                 break;
             };
-            let drift = mean(&mut window.iter().copied());
-            let energy = mean(&mut window.iter().map(|v| (v - drift) * (v - drift)));
-            swings.push(energy.sqrt());
+            let mean = |value: &dyn Fn(f64) -> f64| {
+                let values = weights.iter().zip(window);
+                let values = values.map(|(weight, v)| weight * value(*v));
+                values.sum::<f64>() / length as f64
+            };
+            let drift = mean(&|v| v);
+            swings.push(mean(&|v| (v - drift) * (v - drift)).sqrt());
             if n > 0 && from + length as f64 > end {
                 break;
             }
@@ -237,42 +221,37 @@ struct Fit {
 impl Fit {
     fn squares(&self, ratio: f64, taken: f64) -> f64 {
         let of_tap = |swings: &Vec<f64>| {
-            let mut terms = (1.0, 0.0);
-            let terms = swings.iter().map(|&swing| {
-                let now = terms;
-                terms = (ratio * now.0, 1.0 + ratio * now.1);
-                (swing, now.0, taken * now.1)
+            let (mut share, mut less) = (1.0, 0.0);
+            // Each swing, its share of the first one, and all that friction has taken.
+            let terms = swings.iter().map(|swing| {
+                let term = (swing, share, taken * less);
+                (share, less) = (ratio * share, 1.0 + ratio * less);
+                term
             });
-            let terms: Vec<(f64, f64, f64)> = terms.collect();
-            let free = terms.len().max(2) - 1;
-            let whole = terms.iter().take(free);
-            let (over, under) = whole.fold((0.0, 0.0), |(over, under), (swing, share, less)| {
-                (over + share * (swing + less), under + share * share)
-            });
-            let error = |(n, (swing, share, less)): (usize, &(f64, f64, f64))| {
-                let error = swing - f64::max(over / under * share - less, 0.0);
+            let terms: Vec<(&f64, f64, f64)> = terms.collect();
+            let free = terms.len() - 1;
+            let (mut over, mut under) = (0.0, 0.0);
+            for (swing, share, less) in &terms[..free] {
+                over += share * (*swing + less);
+                under += share * share;
+            }
+            let errors = terms.iter().enumerate().map(|(n, (swing, share, less))| {
+                let error = *swing - f64::max(over / under * share - less, 0.0);
                 if n < free { error } else { error.min(0.0) }
-            };
-            terms
-                .iter()
-                .enumerate()
-                .map(error)
-                .map(|error| error * error)
-                .sum::<f64>()
+            });
+            errors.map(|error| error * error).sum::<f64>()
         };
         self.windows.iter().map(of_tap).sum()
     }
 
     /// The largest share of a first swing that would be left in the last one without friction: of motion that is over before it has swung.
     fn left(&self) -> f64 {
-        let left = self.windows.iter().map(|swings| {
-            let hops = swings.len() - 1;
-            match hops {
-                0 | 1 => f64::INFINITY,
-                _ => (swings[hops] + self.most * hops as f64) / swings[0],
-            }
-        });
-        left.fold(0.0, f64::max)
+        self.windows
+            .iter()
+            .fold(0.0, |most: f64, swings| match swings.len() - 1 {
+                1 => f64::INFINITY,
+                hops => most.max((swings[hops] + self.most * hops as f64) / swings[0]),
+            })
     }
 
     /// The best ρ and the ends of its interval.
@@ -281,16 +260,17 @@ impl Fit {
             let (mut low, mut high) = (0.0, self.most);
             for _ in 0..10 {
                 let [a, b] = [1.0, 2.0].map(|part| low + part * (high - low) / 3.0);
-                match self.squares(ratio, a) <= self.squares(ratio, b) {
-                    true => high = b,
-                    false => low = a,
+                if self.squares(ratio, a) <= self.squares(ratio, b) {
+                    high = b;
+                } else {
+                    low = a;
                 }
             }
             (ratio, self.squares(ratio, 0.5 * (low + high)))
         };
         let lowest = |all: &[(f64, f64)]| {
-            let none = (1.0, f64::INFINITY);
-            all.iter().fold(none, |a, b| if b.1 < a.1 { *b } else { a })
+            all.iter()
+                .fold((1.0, f64::INFINITY), |a, b| if b.1 < a.1 { *b } else { a })
         };
         let mut all: Vec<(f64, f64)> = (0..=55).map(|n| best(0.1 + 0.02 * f64::from(n))).collect();
         let middle = lowest(&all).0;
@@ -299,13 +279,10 @@ impl Fit {
         let count: usize = self.windows.iter().map(|swings| swings.len() - 1).sum();
         let free = count as f64 - 2.0 - self.windows.len() as f64;
         let variance = f64::max(least.1 / free.max(1.0), self.noise * self.noise);
-        let inside = all
-            .iter()
-            .filter(|(_, squares)| *squares <= least.1 + 4.0 * variance);
-        let ends = inside.fold((f64::INFINITY, 0.0), |(from, to), (ratio, _)| {
-            (ratio.min(from), ratio.max(to))
-        });
-        [least.0, ends.0, ends.1]
+        all.retain(|(_, squares)| *squares <= least.1 + 4.0 * variance);
+        let inside = all.iter().map(|(ratio, _)| *ratio);
+        let from = inside.clone().fold(f64::INFINITY, f64::min);
+        [least.0, from, inside.fold(0.0, f64::max)]
     }
 }
 
@@ -317,19 +294,12 @@ mod tests {
     fn tapped(ratio: f64, friction_n: f64, period: f64) -> Swings {
         let (ticks, mut place, mut seen) = (2000, 0.0, Vec::new());
         for n in 0..3 * ticks {
-            let (since, up) = (n % ticks, n / ticks == 1);
-            let half = (since as f64 / (0.5 * period)).floor();
-            let left = (0..half as u32).fold(1.0 - friction_n, |swing, _| {
-                ratio * swing - 2.0 * friction_n
-            });
-            let way = if up { 1.0 } else { -1.0 };
-            let moves = n >= ticks && left > 0.0;
+            let (since, way) = (n % ticks, if n / ticks == 1 { 1.0 } else { -1.0 });
             let angle = std::f64::consts::TAU * since as f64 / period;
-            place += if moves {
-                way * left * libm::sin(angle) * 1e-3
-            } else {
-                0.0
-            };
+            let first = if n < ticks { 0.0 } else { 1.0 - friction_n };
+            let left = (0..(angle / std::f64::consts::PI) as u32)
+                .fold(first, |swing, _| ratio * swing - 2.0 * friction_n);
+            place += way * left.max(0.0) * libm::sin(angle) * 1e-3;
             let force_n = if since == 0 && n > 0 { way } else { friction_n };
             seen.push((place, force_n));
         }
@@ -350,11 +320,8 @@ mod tests {
         for period in [17.3, 40.0, 90.0] {
             for ratio in [0.6, 0.9, 0.98, 1.02, 1.05] {
                 let swings = tapped(ratio, 0.02, period);
-                assert_eq!(
-                    swings.dies,
-                    Some(ratio < 1.0),
-                    "{ratio} {period}: {swings:?}"
-                );
+                let dies = Some(ratio < 1.0);
+                assert_eq!(swings.dies, dies, "{ratio} {period}: {swings:?}");
             }
             // A seventh of the tap: what decays could be unstable.
             let swings = tapped(1.05, 0.15, period);

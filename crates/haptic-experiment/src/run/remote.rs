@@ -280,9 +280,8 @@ pub(crate) fn within(
         )));
     }
     if let Some(tap) = &law.tap {
-        let limits = &configuration.limits;
-        let rise_s = f64::from(limits.rise_time_s);
-        let third_s = tap.samples as f64 * tap.sample_time_s / 3.0;
+        let rise_s = f64::from(configuration.limits.rise_time_s);
+        let third_s = tap.samples as f64 * tap.device.sample_time.0 / 3.0;
         if rise_s > third_s {
             return Err(Failure::bad_input(format_args!(
                 "the force rises in {rise_s} s, more than a third of a trial of {} s that taps: give a {TRIAL_DURATION} of at least {} s, or shorten rise_time with host-cli device set",
@@ -290,16 +289,7 @@ pub(crate) fn within(
                 Shown((3.1 * rise_s).ceil())
             )));
         }
-        let motion = [
-            limits.workspace_high_m - limits.workspace_low_m,
-            limits.speed_hard_m_per_s,
-            limits.force_rate_n_per_s,
-        ];
-        let motion = motion.map(|limit| Some(f64::from(limit)).filter(|limit| *limit > 0.0));
-        // A larger step on a stiff wall could look like a sensor that is stuck.
-        let stuck_n = Some(0.9 * limits.stuck_force_n).filter(|force_n| *force_n > 0.0);
-        let tap_n = tap.force_n(limits.force_n.into(), motion) as f32;
-        configuration.tap_n = stuck_n.map_or(tap_n, |stuck_n| stuck_n.min(tap_n));
+        configuration.tap_n = tap.force_n(&configuration.limits);
         configuration.tap_ticks = tap.ticks();
     }
     if let Some(text) = tighter {

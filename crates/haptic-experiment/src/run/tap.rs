@@ -7,17 +7,18 @@
 //! A quarter of the force limit is left for swings that grow. The time between two steps holds forty half swings, and the law's relaxation
 //! eight times; a trial has three steps at least, an odd number of times between them, and ends without the tap.
 
-/// Share of the force limit.
-const FORCE_SHARE: f64 = 0.75;
+use haptic_link::Limits;
+use haptic_loop::plant::MassDamperConfig;
 
 /// A law that is tapped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TappedLaw {
-    pub(crate) stiffness_n_per_m: f64,
-    pub(crate) dissipation_n_s_mu_per_m: f64,
+    /// Device and hand, as they are known.
+    pub(crate) device: MassDamperConfig,
+    /// K of wall and hand, N/m, and B, N·s^μ/m.
+    pub(crate) wall: [f64; 2],
+    /// μ.
     pub(crate) order: f64,
-    pub(crate) mass_kg: f64,
-    pub(crate) sample_time_s: f64,
     /// Samples of the trial.
     pub(crate) samples: u64,
     /// It never pulls.
@@ -28,51 +29,49 @@ pub(crate) struct TappedLaw {
 impl TappedLaw {
     /// Ticks from one step to the next.
     pub(crate) fn ticks(&self) -> u32 {
-        let (k, b, whole) = (
-            self.stiffness_n_per_m,
-            self.dissipation_n_s_mu_per_m,
-            self.samples as f64,
-        );
-        let swings_s = 40.0 * std::f64::consts::PI * (self.mass_kg / k).sqrt();
+        let ([k, b], whole) = (self.wall, self.samples as f64);
+        let swings_s = 40.0 * std::f64::consts::PI * (self.device.mass.0 / k).sqrt();
         let relaxes_s = match self.order > 0.0 && b > 0.0 {
             true => 8.0 * libm::pow(b / k, self.order.recip()),
             false => 0.0,
         };
-        let ticks = f64::max(swings_s, relaxes_s) / self.sample_time_s;
+        let ticks = f64::max(swings_s, relaxes_s) / self.device.sample_time.0;
         let times = (whole / ticks.max(100.0)).clamp(3.0, 39.0) as u32;
         (whole / f64::from(times - 1 + times % 2)).ceil() as u32
     }
 
-    /// The largest tap within this limit of force, N, and those of the workspace's width, m, of speed, m/s, and of the force's rate, N/s;
-    /// 0 for none.
-    pub(crate) fn force_n(
-        &self,
-        force_limit_n: f64,
-        [width_m, speed, rate]: [Option<f64>; 3],
-    ) -> f64 {
-        let (k, b, mu) = (
-            self.stiffness_n_per_m,
-            self.dissipation_n_s_mu_per_m,
-            self.order,
-        );
-        let lasts_s = f64::from(self.ticks()) * self.sample_time_s;
-        let holds = k + b * libm::pow(lasts_s, -mu);
-        let swings = f64::max(
-            (k / self.mass_kg).sqrt(),
-            libm::pow(b / self.mass_kg, (2.0 - mu).max(0.1).recip()),
-        )
-        .min(2.0 / self.sample_time_s);
+    /// The largest tap within these limits, N; 0 for none.
+    pub(crate) fn force_n(&self, limits: &Limits) -> f32 {
+        let ([k, b], m, mu) = (self.wall, self.device.mass.0, self.order);
+        let (t, push_n) = (self.device.sample_time.0, self.push_n);
+        let holds = k + b * libm::pow(f64::from(self.ticks()) * t, -mu);
+        let damped = libm::pow(b / m, (2.0 - mu).max(0.1).recip());
+        let swings = f64::max((k / m).sqrt(), damped).min(2.0 / t);
         let all = [
-            Some(FORCE_SHARE * force_limit_n),
-            Some(force_limit_n - self.push_n),
-            self.lifts.then_some(0.5 * self.push_n),
-            width_m.map(|width_m| 0.5 * (0.4 * width_m * holds - self.push_n)),
-            speed.map(|speed| 0.5 * speed * self.mass_kg * swings),
-            rate.map(|rate| 0.5 * rate / swings),
+            limits.force_n,
+            limits.workspace_high_m - limits.workspace_low_m,
+            limits.speed_hard_m_per_s,
+            limits.force_rate_n_per_s,
+            // A larger step on a stiff wall could look like a sensor that is stuck.
+            0.9 * limits.stuck_force_n,
         ];
-        all.into_iter()
-            .flatten()
-            .fold(f64::INFINITY, f64::min)
-            .max(0.0)
+        // 0 is no limit.
+        let all = all.map(|most| {
+            if most > 0.0 {
+                most.into()
+            } else {
+                f64::INFINITY
+            }
+        });
+        let [force_n, width_m, speed, rate, stuck_n] = all;
+        let all = [
+            0.75 * force_n,
+            force_n - push_n,
+            if self.lifts { 0.5 * push_n } else { stuck_n },
+            0.5 * (0.4 * width_m * holds - push_n),
+            0.5 * speed * m * swings,
+            0.5 * rate / swings,
+        ];
+        all.into_iter().fold(stuck_n, f64::min).max(0.0) as f32
     }
 }

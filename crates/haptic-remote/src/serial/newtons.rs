@@ -12,9 +12,7 @@
 //! - *Rounding* of limits is towards tight, of everything else to the nearest. *Cost*: a product for each force.
 
 use fracdiff::parameter::{RangeError, range};
-use haptic_link::{
-    BatchItem, Capabilities, Configuration, ControllerForm, ControllerLaw, Limits, Sample,
-};
+use haptic_link::{Capabilities, Configuration, ControllerForm, ControllerLaw, Sample};
 use haptic_loop::Limit;
 
 /// Factors between the newtons of a device and true ones.
@@ -71,14 +69,9 @@ impl ForceFactors {
 
     /// A sample in true newtons.
     pub(super) fn read(&self, mut sample: Sample) -> Sample {
-        for BatchItem {
-            force_n,
-            environment_force_n,
-            ..
-        } in &mut sample.axes
-        {
-            (*force_n, *environment_force_n) =
-                (self.made(*force_n), self.made(*environment_force_n));
+        for item in &mut sample.axes {
+            item.force_n = self.made(item.force_n);
+            item.environment_force_n = self.made(item.environment_force_n);
         }
         for shown in &mut sample.sensed_force_n {
             *shown = (self.sensed * f64::from(*shown)) as f32;
@@ -121,10 +114,11 @@ impl ForceFactors {
 
     /// A controller whose command is a true force, as the device takes it.
     pub(super) fn told_controller(&self, law: &ControllerLaw, values: &mut [f32]) -> ControllerLaw {
+        let told = |own: f32| self.commanded(own.into());
         let mut at = 1;
         for part in &law.parts {
             if let Some(gain) = values.get_mut(at) {
-                *gain = self.commanded(f64::from(*gain));
+                *gain = told(*gain);
             }
             if law.form != ControllerForm::Parallel {
                 break;
@@ -132,8 +126,8 @@ impl ForceFactors {
             at += 2 + usize::from(part.values) + usize::from(part.filter);
         }
         ControllerLaw {
-            low_n: self.commanded(f64::from(law.low_n)),
-            high_n: self.commanded(f64::from(law.high_n)),
+            low_n: told(law.low_n),
+            high_n: told(law.high_n),
             ..law.clone()
         }
     }
@@ -149,14 +143,8 @@ fn scaled(mut known: Configuration, law: f64, limits: f64, damping: f64) -> Conf
     ] {
         *value = (law * f64::from(*value)) as f32;
     }
-    let Limits {
-        guard,
-        braking_n_s_per_m,
-        ..
-    } = &mut known.limits;
-    for value in [&mut guard.damping_n_s_per_m, braking_n_s_per_m] {
-        *value *= damping as f32;
-    }
+    known.limits.guard.damping_n_s_per_m *= damping as f32;
+    known.limits.braking_n_s_per_m *= damping as f32;
     for limit in Limit::ALL.into_iter().filter(|limit| of_force(*limit)) {
         let (value, _) = known.limits.number(limit);
         *value = down(limits * f64::from(*value));
@@ -196,6 +184,7 @@ fn down(value: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_link::Limits;
     use proptest::prelude::*;
 
     /// Limits that say so much, with braking and a guard.

@@ -29,7 +29,7 @@ use crate::run::{Ran, run_logged};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::Dynamics;
-use haptic_loop::{Environment, Tap};
+use haptic_loop::Environment;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -51,13 +51,8 @@ pub(crate) fn louder(noises: impl IntoIterator<Item = Option<f64>>) -> Option<f6
 const SHARED: &str = "one actuator rendered the law and pushed: its limits held for both together";
 
 /// Why nobody knows of a device into whose law a motor only pushed whether it is stable.
-const UNTAPPED: &str = "nothing tapped it, so friction could be all that holds it: only a wall in the device's own loop is tapped, by \
-                        push_by = device without [drive]";
-
-/// Taps of the motor that rendered the law.
-fn link_tap(record: &Record) -> Option<Tap<f64>> {
-    record.link.as_ref()?.tap
-}
+const UNTAPPED: &str = "nothing tapped it, so friction could be all that holds it: tap the handle and look, or try a wall in the device's \
+                        own loop, which push_by = device without [drive] taps";
 
 /// A number for each sample, asked for in their order.
 pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
@@ -241,7 +236,8 @@ pub(crate) trait Trial: Experiment + Clone {
         let mut recorded = self.named(judge.settling(whole, rest_m))?;
         let pushed = setup.plan.push_of_motor().is_some() && record.link.is_some();
         let judged_so = setup.plan.criterion == Criterion::Settling;
-        if recorded.stable && pushed && judged_so && link_tap(record).is_none() {
+        let tap = record.link.as_ref().and_then(|link| link.tap);
+        if recorded.stable && pushed && judged_so && tap.is_none() {
             recorded = recorded.by_friction(UNTAPPED);
         }
         let (settling, hits) = match whole {
@@ -271,7 +267,7 @@ pub(crate) trait Trial: Experiment + Clone {
                 true => (self.off_n(ran)?, self.object_m(ran)?),
                 false => (Err("the law began where the handle stood"), None),
             };
-            let (push_n, tap) = (setup.plan.own_push_n().unwrap_or(0.0), link_tap(record));
+            let push_n = setup.plan.own_push_n().unwrap_or(0.0);
             let push_n = |tick| push_n + tap.map_or(0.0, |tap| tap.at(tick));
             let second = (setup.second.as_ref())
                 .map(|second| second.driven(ran, setup.plan.push_n, &setup.safety()));

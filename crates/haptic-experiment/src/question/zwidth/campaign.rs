@@ -13,24 +13,14 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Result for one dissipation, as α.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Cell {
     pub(super) stable: f64,
+    /// `None` if friction held nothing beyond it.
     pub(super) held: Option<f64>,
     /// Simulated without friction, where friction holds a real device.
     #[serde(default)]
     pub(super) without_friction: Option<f64>,
-}
-
-impl Cell {
-    /// Friction held nothing beyond it.
-    pub(super) const fn stable(stable: f64) -> Self {
-        Self {
-            stable,
-            held: None,
-            without_friction: None,
-        }
-    }
 }
 
 /// Range that the search of one order covers.
@@ -44,7 +34,7 @@ pub(super) struct Extent {
 /// A line of the file; orders and points by their number in the question.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-enum Line {
+pub(super) enum Line {
     /// The question.
     Campaign(String),
     Extent(usize, Option<Extent>),
@@ -54,8 +44,8 @@ enum Line {
 /// Ranges and points that a search has found so far.
 #[derive(Debug)]
 pub(super) struct Campaign {
-    extents: BTreeMap<usize, Option<Extent>>,
-    cells: BTreeMap<(usize, usize), Option<Cell>>,
+    pub(super) extents: BTreeMap<usize, Option<Extent>>,
+    pub(super) cells: BTreeMap<(usize, usize), Option<Cell>>,
     file: Mutex<LineFile>,
     failure: Mutex<Option<Failure>>,
 }
@@ -95,26 +85,10 @@ impl Campaign {
         Ok(campaign)
     }
 
-    /// The range of an order, if that was found before.
-    pub(super) fn extent(&self, order: usize) -> Option<&Option<Extent>> {
-        self.extents.get(&order)
-    }
-
-    /// A point, if that was found before.
-    pub(super) fn cell(&self, order: usize, point: usize) -> Option<Option<Cell>> {
-        self.cells.get(&(order, point)).copied()
-    }
-
-    pub(super) fn keep_extent(&self, order: usize, found: &Option<Extent>) {
-        self.keep(&Line::Extent(order, found.clone()));
-    }
-
-    pub(super) fn keep_cell(&self, order: usize, point: usize, found: Option<Cell>) {
-        self.keep(&Line::Point(order, point, found));
-    }
-
-    fn keep(&self, line: &Line) {
-        if let Err(failure) = self.write(line) {
+    pub(super) fn keep(&self, line: &Line) {
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = text(line).and_then(|text| Ok(file.add(&text)?));
+        if let Err(failure) = kept {
             self.failure().get_or_insert(failure);
         }
     }
@@ -122,11 +96,6 @@ impl Campaign {
     /// Reason for which nothing more can be kept, so that the search cannot go on.
     pub(super) fn failure(&self) -> MutexGuard<'_, Option<Failure>> {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn write(&self, line: &Line) -> Result<(), Failure> {
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        Ok(file.add(&text(line)?)?)
     }
 }
 

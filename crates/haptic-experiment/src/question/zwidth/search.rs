@@ -1,6 +1,6 @@
 //! The search for the stiffest wall, of all orders and dissipations on all cores.
 
-use super::campaign::{Campaign, Cell, Extent};
+use super::campaign::{Campaign, Cell, Extent, Line};
 use super::trials::Trials;
 use super::upward::{Settled, upward};
 use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
@@ -61,36 +61,28 @@ impl ZWidth {
         warn: Warn<'_>,
     ) -> Result<ZWidthReport, Failure> {
         self.check()?;
-        let remote = self.remote.as_ref();
-        let trials = remote
+        let trials = (self.remote.as_ref())
             .map(|remote| Trials::new(remote, self.retreat(), warn, stop))
             .transpose()?;
-        // A search that is refused makes no file.
-        for (index, &order) in self.orders.iter().enumerate() {
-            Search::new(self, order, index, trials.as_ref(), stop)?;
-        }
-        let whose = trials.as_ref().map_or("", |trials| &trials.whose);
-        let open = |path| Campaign::open(path, &self.in_full(whose));
-        let campaign = self.campaign.as_deref().map(open).transpose()?;
-        self.searched(trials, campaign.as_ref(), progress, stop)
+        self.searched(trials, progress, stop)
     }
 
     pub(super) fn searched(
         &self,
         trials: Option<Trials<'_>>,
-        campaign: Option<&Campaign>,
         progress: &(dyn Fn(u64) + Sync),
         stop: &AtomicBool,
     ) -> Result<ZWidthReport, Failure> {
-        let searches: Vec<Search> = self
-            .orders
-            .iter()
-            .enumerate()
-            .map(|(index, &order)| {
-                let search = Search::new(self, order, index, trials.as_ref(), stop)?;
-                Ok::<_, Failure>(Search { campaign, ..search })
-            })
-            .collect::<Result<_, _>>()?;
+        let searches =
+            (0..self.orders.len()).map(|index| Search::new(self, index, trials.as_ref(), stop));
+        let mut searches = searches.collect::<Result<Vec<_>, _>>()?;
+        // A search that is refused makes no file.
+        let whose = trials.as_ref().map_or("", |trials| &trials.whose);
+        let open = |path| Campaign::open(path, &self.in_full(whose));
+        let campaign = self.campaign.as_deref().map(open).transpose()?;
+        for search in &mut searches {
+            search.campaign = campaign.as_ref();
+        }
         let orders: Vec<OrderBoundary> = searches
             .par_iter()
             .with_min_len(self.at_once())
@@ -163,6 +155,18 @@ impl ZWidth {
             push: plan.push_of_motor(),
             ..RemoteLaw::bare(limits, held(config, plan.push_of_hand_n()))
         })
+    }
+
+    /// The largest α of the simulated device with this β, of an order by its number.
+    pub(super) fn simulated(
+        &self,
+        index: usize,
+        beta: f64,
+        cell: u64,
+        stop: &AtomicBool,
+    ) -> Option<f64> {
+        let search = Search::new(self, index, None, stop).ok()?;
+        Some(search.cell(beta, None, cell)?.stable)
     }
 
     fn boundary(&self, search: &Search<'_>, progress: &(dyn Fn(u64) + Sync)) -> OrderBoundary {
@@ -277,12 +281,11 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(
         experiment: &'a ZWidth,
-        order: Order,
         index: usize,
         trials: Option<&'a Trials<'a>>,
         stop: &'a AtomicBool,
     ) -> Result<Self, Failure> {
-        let config = experiment.device;
+        let (config, order) = (experiment.device, experiment.orders[index]);
         let t = config.sample_time;
         let mut plan = experiment.plan();
         let samples = plan.samples(t)?;
@@ -403,39 +406,38 @@ impl<'a> Search<'a> {
     }
 
     /// The largest α that is stable with this β; `None` if none that is tried is, or the search has ended.
-    fn cell(&self, beta: f64, extent: &Extent, cell: u64) -> Option<Cell> {
-        if let Some(settled) = &extent.settled {
+    fn cell(&self, beta: f64, settled: Option<&Settled>, cell: u64) -> Option<Cell> {
+        if let Some(settled) = settled {
             return self.cell_there(beta, settled, cell);
         }
-        let rests = |device, cell| move |alpha| self.rests(device, alpha, beta, cell);
         // If no wall comes to rest, the scale and the noise of the extent: with them one does at the largest dissipation.
-        let as_it_is = largest(self.most, self.fine, rests(&self.device, cell))
-            .or_else(|| largest(self.most, self.fine, rests(&self.device, 0)))?;
-        let Some(smooth) = &self.smooth else {
-            return self.whole(Cell::stable(as_it_is));
+        let edge = |most, stable: &dyn Fn(f64, u64) -> bool| {
+            largest(most, self.fine, |alpha| stable(alpha, cell))
+                .or_else(|| largest(self.most, self.fine, |alpha| stable(alpha, 0)))
         };
-        let both = |cell| {
-            let device = rests(&self.device, cell);
-            move |alpha| self.settles(smooth, alpha, beta, cell) && device(alpha)
+        let as_it_is = edge(self.most, &|alpha, cell| self.rests(alpha, beta, cell))?;
+        let stable = match &self.smooth {
+            Some(_) => edge(as_it_is, &|alpha, cell| self.is_stable(alpha, beta, cell))?,
+            None => as_it_is,
         };
-        let stable = largest(as_it_is, self.fine, both(cell))
-            .or_else(|| largest(self.most, self.fine, both(0)))?;
-        // Two bisections end where they end: closer than a thousandth is the same.
-        let held = Some(as_it_is).filter(|held| *held > 1.001 * stable);
         self.whole(Cell {
-            held,
-            ..Cell::stable(stable)
+            stable,
+            // Two bisections end where they end: closer than a thousandth is the same.
+            held: Some(as_it_is).filter(|held| *held > 1.001 * stable),
+            without_friction: None,
         })
     }
 
     /// The largest α of a real device with this β, and the one up to which friction may hold it.
     fn cell_there(&self, beta: f64, settled: &Settled, cell: u64) -> Option<Cell> {
-        let tried = |alpha| self.tried(&self.device, alpha, beta, cell);
-        let rests = |alpha| tried(alpha) <= TrialVerdict::HeldByFriction;
-        let settles = |alpha: &f64| tried(*alpha) == TrialVerdict::Stable;
+        let rests = |alpha| self.rests(alpha, beta, cell);
+        let settles = |alpha: &f64| self.settles(&self.device, *alpha, beta, cell);
         let edge = settled.largest(beta, self.most, |alpha| settles(&alpha));
         if !self.is_tapped() {
-            return self.whole(Cell::stable(edge?));
+            return self.whole(Cell {
+                stable: edge?,
+                ..Cell::default()
+            });
         }
         // Friction keeps still what the steps of an encoder would shake: a simulation knows at which share of the edge, here and where walls
         // are a little weaker.
@@ -445,14 +447,14 @@ impl<'a> Search<'a> {
             if self.encoder_step_m * step_n_per_m < ENCODER_SHARE * self.plan.push_n {
                 return edge;
             }
-            let shares = [beta, beta / NEAR].map(|beta| {
+            let shares = [beta, beta / NEAR].into_iter().filter_map(|beta| {
                 let at = |step_m| self.without_friction(beta, cell, step_m);
                 at(0.0).map(|smooth| at(self.encoder_step_m).unwrap_or(0.0) / smooth)
             });
-            shares.into_iter().flatten().fold(1.0, f64::min) * edge
+            shares.fold(1.0, f64::min) * edge
         };
         // The range may have begun with walls that only rest: the edge is tapped twice.
-        let told = |edge: f64| (TOLD.map(|share| share * edge).into_iter()).find(settles);
+        let told = |edge| TOLD.map(|share| share * edge).into_iter().find(settles);
         let stable = edge.map(quiet).filter(|edge| *edge > 0.0).and_then(told);
         let held = match (stable, edge) {
             (Some(stable), Some(edge)) if NEAR * stable < edge => Some(edge),
@@ -487,12 +489,7 @@ impl<'a> Search<'a> {
             campaign: None,
             ..asked.clone()
         };
-        let search = Search::new(&file, self.order, self.index, None, self.stop).ok()?;
-        let anywhere = Extent {
-            dissipation: 0.0,
-            settled: None,
-        };
-        Some(search.cell(beta, &anywhere, cell)?.stable)
+        file.simulated(self.index, beta, cell, self.stop)
     }
 
     /// The result, unless the search has ended on the way.
@@ -511,24 +508,25 @@ impl<'a> Search<'a> {
 
     /// [`extent`](Self::extent), once in a campaign.
     fn kept_extent(&self) -> Option<Extent> {
-        if let Some(found) = self.campaign.and_then(|kept| kept.extent(self.index)) {
+        if let Some(found) = (self.campaign).and_then(|kept| kept.extents.get(&self.index)) {
             return found.clone();
         }
         let found = self.extent();
         if let Some(campaign) = self.campaign.filter(|_| !self.is_over()) {
-            campaign.keep_extent(self.index, &found);
+            campaign.keep(&Line::Extent(self.index, found.clone()));
         }
         found
     }
 
     /// [`cell`](Self::cell), once in a campaign.
     fn kept_cell(&self, point: usize, beta: f64, extent: &Extent) -> Option<Cell> {
-        if let Some(found) = self.campaign.and_then(|kept| kept.cell(self.index, point)) {
-            return found;
+        let place = (self.index, point);
+        if let Some(found) = self.campaign.and_then(|kept| kept.cells.get(&place)) {
+            return *found;
         }
-        let found = self.cell(beta, extent, 1 + point as u64);
+        let found = self.cell(beta, extent.settled.as_ref(), 1 + point as u64);
         if let Some(campaign) = self.campaign.filter(|_| found.is_some() || !self.is_over()) {
-            campaign.keep_cell(self.index, point, found);
+            campaign.keep(&Line::Point(self.index, point, found));
         }
         found
     }
@@ -542,7 +540,7 @@ impl<'a> Search<'a> {
             });
         }
         let settles = |alpha, beta| self.settles(&self.device, alpha, beta, 0);
-        let rests = |alpha, beta| self.rests(&self.device, alpha, beta, 0);
+        let rests = |alpha, beta| self.rests(alpha, beta, 0);
         // α = β·(T/τ)^μ: τ, the time constant of the approach, is an eighth of the time for it.
         let plan = &self.plan;
         let tau_s = (plan.duration_s - plan.window_s) / 8.0;
@@ -564,7 +562,7 @@ impl<'a> Search<'a> {
 
     /// True if the motor that pushes taps the walls.
     fn is_tapped(&self) -> bool {
-        self.plan.own_push_n().is_some() && self.plan.criterion == Criterion::Settling
+        self.plan.tapping_push_n().is_some()
     }
 
     /// The largest β that is stable with any α, or 0; `None` if the search was stopped. α = 0 is excluded:
@@ -575,16 +573,16 @@ impl<'a> Search<'a> {
         }
         let any_stiffness = |beta| {
             let mut walls = coarse(self.most, self.fine).filter(|alpha| *alpha > 0.0);
-            walls.any(|alpha| self.is_stable(alpha, beta))
+            walls.any(|alpha| self.is_stable(alpha, beta, 0))
         };
         self.whole(largest(self.most, self.fine, any_stiffness).unwrap_or(0.0))
     }
 
     /// True if a wall settles, also without friction.
-    fn is_stable(&self, alpha: f64, beta: f64) -> bool {
+    fn is_stable(&self, alpha: f64, beta: f64, cell: u64) -> bool {
         let smooth = self.smooth.as_ref();
-        smooth.is_none_or(|device| self.settles(device, alpha, beta, 0))
-            && self.rests(&self.device, alpha, beta, 0)
+        smooth.is_none_or(|device| self.settles(device, alpha, beta, cell))
+            && self.rests(alpha, beta, cell)
     }
 
     /// True if a wall settles.
@@ -593,8 +591,8 @@ impl<'a> Search<'a> {
     }
 
     /// True if a wall settles, or friction may hold it.
-    fn rests(&self, device: &MassDamper<1>, alpha: f64, beta: f64, cell: u64) -> bool {
-        self.tried(device, alpha, beta, cell) <= TrialVerdict::HeldByFriction
+    fn rests(&self, alpha: f64, beta: f64, cell: u64) -> bool {
+        self.tried(&self.device, alpha, beta, cell) <= TrialVerdict::HeldByFriction
     }
 
     /// One run. Whatever goes wrong on the way is not stable.
@@ -623,10 +621,7 @@ impl<'a> Search<'a> {
             Tried::Memory(_) => {
                 let step = stiffness + dissipation * self.rate;
                 let judge = plan.judge(stiffness + hand, step, encoder_step_m, t);
-                Some(match &tapped {
-                    Some(law) => plan.judge_of_taps(judge, law, &known, encoder_step_m, step),
-                    None => judge,
-                })
+                Some(judge.tapped(tapped.as_ref(), encoder_step_m, step))
             }
         };
         let Some(judge) = judge else {
@@ -683,21 +678,6 @@ impl<'a> Search<'a> {
             }
         }
         worst
-    }
-}
-
-#[cfg(test)]
-impl ZWidth {
-    /// The largest α of the simulated device with this β, of an order by its number.
-    pub(super) fn simulated(&self, index: usize, betas: &[f64]) -> Vec<Option<f64>> {
-        let stop = AtomicBool::new(false);
-        let search = Search::new(self, self.orders[index], index, None, &stop).expect("valid");
-        let extent = Extent {
-            dissipation: 0.0,
-            settled: None,
-        };
-        let alpha = |beta: &f64| search.cell(*beta, &extent, 0).map(|cell| cell.stable);
-        betas.iter().map(alpha).collect()
     }
 }
 

@@ -455,9 +455,11 @@ impl Bench for LinkedBench {
             if let SerialError::Link(LinkError::Faulted(report)) = error {
                 return faulted(&self.link, report);
             }
-            let refusal = refusal(&error);
+            let SerialError::Link(LinkError::Refused { refusal, .. }) = error else {
+                return Err(problem(error));
+            };
             // In the wall, where a person has to pull it out.
-            let too_deep = matches!(refusal, Some(Refusal::ForceNotSmall { .. }));
+            let too_deep = matches!(refusal, Refusal::ForceNotSmall { .. });
             let patience = if too_deep { OUT_WITHIN } else { FALLEN_WITHIN };
             if !(too_deep || passes(refusal)) || asked.elapsed() > patience {
                 return Err(problem(error));
@@ -585,23 +587,13 @@ const fn is_unanswered(error: &SerialError) -> bool {
 }
 
 /// Refused for now: the force of the trial before still falls, or a fault latched that is not known here yet.
-fn passes(refusal: Option<Refusal>) -> bool {
+const fn passes(refusal: Refusal) -> bool {
     matches!(
         refusal,
-        Some(
-            Refusal::ForceNotZero
-                | Refusal::UnknownFault
-                | Refusal::State(DeviceState::Fault | DeviceState::Stopping)
-        )
+        Refusal::ForceNotZero
+            | Refusal::UnknownFault
+            | Refusal::State(DeviceState::Fault | DeviceState::Stopping)
     )
-}
-
-/// The device's refusal, if the error is one.
-fn refusal(error: &SerialError) -> Option<Refusal> {
-    let SerialError::Link(LinkError::Refused { refusal, .. }) = error else {
-        return None;
-    };
-    Some(*refusal)
 }
 
 /// Faults that show that the wall is not stable.

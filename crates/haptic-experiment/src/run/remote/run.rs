@@ -161,9 +161,8 @@ impl<'a, M> RemoteRun<'a, M> {
             ticks: configuration.tap_ticks,
         });
         if let Some(Tap { force_n, ticks }) = tap {
-            let taps = [("tap_n", force_n), ("tap_ticks", ticks.into())];
-            let taps = taps.map(|(key, value): (_, f64)| (key.to_owned(), value.to_string()));
-            self.metadata.extend(taps);
+            (self.metadata).insert("tap_n".to_owned(), force_n.to_string());
+            (self.metadata).insert("tap_ticks".to_owned(), ticks.to_string());
         }
         describe_limits(&configuration.limits, &mut self.metadata);
         let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
