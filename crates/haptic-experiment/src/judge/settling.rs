@@ -381,6 +381,7 @@ impl Judge {
             friction_n: law.device.friction.0,
             encoder_step_m,
             step_n: step_n_per_m * encoder_step_m,
+            tick_m_per_n: t * t / law.device.mass.0,
             seen: Vec::new(),
         };
         Self {

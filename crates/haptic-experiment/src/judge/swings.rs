@@ -6,7 +6,8 @@
 //! ρ₀ = 0.014^(hop/(0.96·N)): so much is left of a swing after N ticks, the time in which a wall has to settle
 //! ```
 //! - *Windows*: weighted by 1 − cos, one half period apart, so that neither the phase nor a slow drift counts; each of at least six ticks.
-//!   The half period is the mean time between turning points of the speed. Windows end where the device stops.
+//!   The half period is the mean time between turning points of the speed. Windows end where the device stops, or where friction could stop
+//!   it within some ticks, since there c is no constant. The first eighth is left out: faster motion dies away in it.
 //! - *Interval*: (ρ, c) with a sum of squares within four variances of the least one, over the taps of both signs together. The energy of a
 //!   window has the slope of its swing in it, which is taken off.
 //! - *Overdamped* motion has no three swings. There c is bounded: a reversal of friction F is a step of 2·F at the place of the tap a, so
@@ -26,6 +27,9 @@ const NARROW: f64 = 0.03;
 /// Share of a first swing below which it has died, whatever friction took.
 const GONE: f64 = 0.5;
 
+/// Changes of the speed by friction in a tick, below which a swing tells nothing.
+const STOPPED: f64 = 8.0;
+
 /// A trial with taps.
 #[derive(Clone, Debug)]
 pub(crate) struct Taps {
@@ -40,6 +44,8 @@ pub(crate) struct Taps {
     pub(crate) encoder_step_m: f64,
     /// Force of a step of the encoder through the law, N.
     pub(crate) step_n: f64,
+    /// Change of the speed by a newton in a tick, m per tick.
+    pub(crate) tick_m_per_n: f64,
     /// Place, m, and force, N, of each tick.
     pub(crate) seen: Vec<(f64, f64)>,
 }
@@ -67,25 +73,37 @@ pub(crate) struct Swings {
 struct After {
     speeds: Vec<f64>,
     turns: Vec<usize>,
+    /// The last one of more than friction could stop at once; 0 if there is none.
+    last: f64,
 }
 
 impl Taps {
-    fn after(&self, from: usize) -> After {
+    fn after(&self, from: usize, friction_n: f64) -> After {
         let places = self.seen[from..from + self.ticks].windows(2);
         let speeds: Vec<f64> = places.map(|pair| pair[1].0 - pair[0].0).collect();
         let largest = speeds.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let stopped = STOPPED * friction_n * self.tick_m_per_n;
         let least = f64::max(0.05 * largest, 2.5 * self.encoder_step_m);
-        let (mut turns, mut end, mut way) = (Vec::new(), (0, speeds[0]), 0.0);
-        for (tick, &v) in speeds.iter().enumerate() {
-            let change = v - end.1;
-            if change * way > 0.0 {
-                end = (tick, v);
-            } else if change.abs() > least {
-                turns.extend((way != 0.0).then_some(end.0));
-                (way, end) = (change.signum(), (tick, v));
+        let turns = |least: f64| {
+            let (mut turns, mut end, mut way) = (Vec::new(), (0, speeds[0]), 0.0);
+            for (tick, &v) in speeds.iter().enumerate() {
+                let change = v - end.1;
+                if change * way > 0.0 {
+                    end = (tick, v);
+                } else if change.abs() > least {
+                    turns.extend((way != 0.0).then_some(end.0));
+                    (way, end) = (change.signum(), (tick, v));
+                }
             }
+            turns
+        };
+        After {
+            turns: turns(least),
+            last: turns(least.max(stopped))
+                .last()
+                .map_or(0.0, |turn| *turn as f64),
+            speeds,
         }
-        After { speeds, turns }
     }
 
     /// Mean force of the motor over the end of the time before a tick, less the spring of a hand, N: at rest friction holds it.
@@ -128,25 +146,31 @@ impl Taps {
         let friction_n = ends.fold(self.friction_n, |most, end| {
             most.max(self.left_n(end).abs())
         });
-        let after: Vec<After> = steps.iter().map(|&step| self.after(step)).collect();
+        let after = steps.iter().map(|&step| self.after(step, friction_n));
+        let after: Vec<After> = after.collect();
         let halves = after.iter().flat_map(|after| after.turns.windows(2));
         let halves: Vec<usize> = halves.map(|turns| turns[1] - turns[0]).collect();
         let half = match halves.len() {
             0 => ticks as f64 / 16.0,
             count => (halves.iter().sum::<usize>() as f64 / count as f64).min(ticks as f64 / 8.0),
         };
-        let last = after.iter().filter_map(|after| after.turns.last()).max();
-        let least = f64::max(*last.unwrap_or(&0) as f64 / 24.0, 3.0);
+        let last = after
+            .iter()
+            .fold(0.0, |most: f64, after| most.max(after.last));
+        let least = f64::max(last / 24.0, 3.0);
         let hop = (half * (least / half).ceil().max(1.0)).min(ticks as f64 / 5.0);
         let windows: Vec<Vec<f64>> = after.iter().map(|after| after.windows(half, hop)).collect();
         let first = windows.iter().map(|swings| swings[0]).fold(0.0, f64::max);
         let share = (friction_n / tap_n).min(1.0);
-        let fit = Fit {
+        let mut fit = Fit {
             most: 3.0 * share * first * hop / half,
             noise: f64::max(0.35 * self.encoder_step_m / hop.sqrt(), 3e-3 * first),
             windows,
         };
         let gone = fit.left() < GONE;
+        for swings in &mut fit.windows {
+            swings.drain(..swings.len() / 8);
+        }
         let [ratio, from, to] = fit.ratio();
         let limit = libm::pow(0.0141, hop / (0.96 * self.settles_in));
         let small = share > SMALL_TAP;
@@ -178,7 +202,7 @@ impl After {
     /// Swings, one hop apart, up to the first in whose window the device may have stopped.
     fn windows(&self, half: f64, hop: f64) -> Vec<f64> {
         let length = (2.0 * hop).round() as usize;
-        let end = self.turns.last().map_or(0.0, |turn| *turn as f64) + 0.5 * half;
+        let end = self.last + 0.5 * half;
         let turn = std::f64::consts::TAU / length as f64;
         let weights: Vec<f64> = (0..length)
             .map(|n| 1.0 - libm::cos(turn * (n as f64 + 0.5)))
@@ -310,6 +334,7 @@ mod tests {
             friction_n: 0.0,
             encoder_step_m: 0.0,
             step_n: 0.0,
+            tick_m_per_n: 0.0,
             seen,
         };
         taps.swings().expect("judged")

@@ -527,6 +527,8 @@ fn a_second_device_pushes_into_a_wall_within_lasting_limits() {
     assert_eq!(report["push_by"], "second_device", "{report}");
     // Nothing taps it: friction could be all that holds it.
     assert_eq!(report["verdict"], "held-by-friction", "{report}");
+    let words = "held by friction & nothing tapped it & without [drive]";
+    assert_says(&report["warnings"].to_string(), words);
     assert_eq!(report["stable"], false, "{report}");
     let deflection_m = number(&report, "deflection_m");
     assert!((deflection_m - 2e-3).abs() < 2e-5, "{report}");
