@@ -486,7 +486,7 @@ impl Judge {
             deflection_m: seen.then_some(self.position.mean),
             expected_deflection_m,
             swings,
-            held_because: "",
+            held_because: "the trial is too short for taps: make it longer",
             peak_force_n: self.peak_force_n,
             noise_n: deviations.map(|_| self.late_force.deviation()),
             largest_pull: self.largest_pull,

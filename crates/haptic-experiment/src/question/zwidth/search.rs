@@ -94,7 +94,7 @@ impl ZWidth {
             .sum();
         drop(searches);
         let found = orders.iter().any(|order| !order.boundary.is_empty());
-        let rise_time_s = trials.as_ref().and_then(Trials::rise_time_s);
+        let rise_time_s = (trials.as_ref()).and_then(|trials| trials.rise_time_s(RISE_TIME.0));
         let failed = trials.map(|trials| trials.ended(found, stop)).transpose()?;
         let stopped = || stop.load(Ordering::Relaxed).then(Failure::interrupted);
         let unkept = campaign.and_then(|campaign| campaign.failure().take());

@@ -114,7 +114,6 @@ struct State {
     /// Place of the handle before the first trial, m, and in the newest sample.
     home_m: Option<f64>,
     newest_m: f64,
-    rise_time_s: f64,
 }
 
 /// A device at the other end of a link.
@@ -183,7 +182,6 @@ impl<'a> Trials<'a> {
                 last: None,
                 home_m: None,
                 newest_m: 0.0,
-                rise_time_s: 0.0,
             }),
         }
     }
@@ -248,14 +246,14 @@ impl<'a> Trials<'a> {
     ) -> Result<(), Failure> {
         let can = self.state().bench.capabilities();
         let schedule = scheduled(samples, sample_time.0);
-        let agreed = within(&self.remote, law, schedule, &can, &self.set, &|_| {})?;
-        self.state().rise_time_s = agreed.limits.rise_time_s.into();
-        Ok(())
+        within(&self.remote, law, schedule, &can, &self.set, &|_| {}).map(|_| ())
     }
 
-    /// Time in which the force of a device that pushes by itself rises, s.
-    pub(super) fn rise_time_s(&self) -> Option<f64> {
-        (self.retreat.as_ref()).map(|_| self.state().rise_time_s)
+    /// Time in which the force of a device that pushes by itself rises, s: the one that was asked for, or a longer one that is set on it.
+    pub(super) fn rise_time_s(&self, asked_s: f64) -> Option<f64> {
+        let set_s = self.set.limits.rise_time_s;
+        let is_longer = set_s > asked_s as f32;
+        (self.retreat.as_ref()).map(|_| if is_longer { set_s.into() } else { asked_s })
     }
 
     /// Step of the device's encoder, m, and the largest force that it makes, N.

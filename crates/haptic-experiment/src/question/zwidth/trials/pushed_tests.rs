@@ -431,8 +431,12 @@ fn nobody_is_needed_whatever_the_push_and_the_drift() {
         assert!(rms_n <= 0.5 * f64::from(FORCE_MAX_N), "{seed}: {rms_n} N");
         let found = morning.found();
         assert_eq!(
-            (found.push_by, found.orders[0].boundary.len()),
-            ("device", 2),
+            (
+                found.push_by,
+                found.rise_time_s,
+                found.orders[0].boundary.len()
+            ),
+            ("device", Some(0.1), 2),
             "{seed}"
         );
     }
