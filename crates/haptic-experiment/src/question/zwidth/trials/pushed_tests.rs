@@ -6,13 +6,10 @@ use crate::question::zwidth::campaign::Campaign;
 use crate::question::zwidth::{ZWidth, ZWidthReport};
 use crate::run::DeviceName;
 use crate::run::sensors::Sensors;
-use haptic_emulator::LineFaults;
-use haptic_emulator::board::{Body, Emulation, emulate};
 use haptic_link::Limits;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Metres, Newtons};
+use haptic_loop::units::Newtons;
 use haptic_loop::{Device, Reading, SafeForce};
-use haptic_remote::serial::Pipe;
 use haptic_remote::{Hardware, TickSide, abilities, prepare};
 use nalgebra::Vector1;
 use std::path::Path;
@@ -237,13 +234,17 @@ impl Night {
         }
     }
 
-    /// The search on this bench, which is stopped after so many points.
-    fn searched(&self, bench: Box<dyn Bench>, after: u64) -> Result<ZWidthReport, Failure> {
-        let set = Configuration {
+    /// The device's own settings.
+    fn set(&self) -> Configuration {
+        Configuration {
             tick_period_us: (1e6 * self.zwidth.device.sample_time.0).round() as u32,
             limits: self.limits,
             ..Configuration::PASSIVE
-        };
+        }
+    }
+
+    /// The search on this bench, which is stopped after so many points.
+    fn searched(&self, bench: Box<dyn Bench>, after: u64) -> Result<ZWidthReport, Failure> {
         let name: DeviceName = "serial:handle".parse().expect("a name");
         let remote = RemoteDevice::new(name.0.expect("at a port"));
         // The search knows of it what a device file says.
@@ -258,7 +259,7 @@ impl Night {
             remote: Some(remote.clone()),
             ..self.zwidth.clone()
         };
-        let trials = Trials::on(bench, &remote, set, zwidth.retreat(), &|_| {});
+        let trials = Trials::on(bench, &remote, self.set(), zwidth.retreat(), &|_| {});
         let (done, stop) = (AtomicU64::new(0), AtomicBool::new(false));
         let progress = |cells| {
             if done.fetch_add(cells, Ordering::Relaxed) + cells >= after {
@@ -266,42 +267,6 @@ impl Night {
             }
         };
         zwidth.searched(Some(trials), &progress, &stop)
-    }
-
-    /// On a board that is emulated by the clock.
-    fn by_the_clock(&self) -> ZWidthReport {
-        let (here, far_end) = Pipe::pair();
-        let board = Emulation {
-            axes: 1,
-            body: Some(Body {
-                plant: self.zwidth.device,
-                encoder_resolution: Metres(self.zwidth.sensors.encoder_resolution_m),
-                noise: (Metres(0.0), 0),
-            }),
-            sensor: None,
-            specimen: None,
-            speed: 1.0,
-            faults: LineFaults::default(),
-            seed: 1,
-            duration: None,
-        };
-        let over = AtomicBool::new(false);
-        let report = std::thread::scope(|scope| {
-            scope.spawn(|| emulate(Box::new(far_end), &board, &over));
-            let link = SerialLink::to_line(Box::new(here), "board", None);
-            let report = link.map_err(Failure::input).and_then(|link| {
-                let bench = LinkedBench {
-                    link,
-                    watchdog: Duration::from_secs(1),
-                    told_too_deep: false,
-                    runs: 0,
-                };
-                self.searched(Box::new(bench), u64::MAX)
-            });
-            over.store(true, Ordering::Relaxed);
-            report
-        });
-        report.expect("ends")
     }
 
     fn passes(&self, after: u64) -> Morning {
@@ -603,22 +568,4 @@ fn a_night_on_a_device_with_friction_ends_where_it_would_without() {
     }
     println!("{near} of {large} points near the edge");
     assert!(10 * near >= 9 * large, "{near} of {large}");
-}
-
-/// Twenty of them side by side, in trials of 2 s.
-#[test]
-#[ignore = "by night: `.ci/nightly` does it"]
-fn by_night_a_night_by_the_clock_ends_where_it_would_without_friction() {
-    let mut random = testkit::Random(82);
-    let nights =
-        (0..testkit::cases(20)).map(|n| drawn(&mut random, n, "points = 2\nduration_s = 2.0"));
-    let nights: Vec<Night> = nights.collect();
-    std::thread::scope(|scope| {
-        for mut night in nights {
-            scope.spawn(move || {
-                night.limits.rise_time_s = night.limits.rise_time_s.min(0.5);
-                end_where_they_would_without(&night, &night.by_the_clock());
-            });
-        }
-    });
 }
