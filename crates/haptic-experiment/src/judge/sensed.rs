@@ -142,7 +142,7 @@ impl SensedForce {
         let r = self.products / (sensed * rendered);
         if r < -0.5 {
             warnings.push(format!(
-                "the sensed force has the sign opposite to the rendered one (correlation {r:.2} is not in [−0.5, 1]): turn its sign on the board"
+                "the sensed force has the sign opposite to the rendered one (correlation {r:.2} is not in [−0.5, 1]): unless something leaned on it, turn its sign on the board"
             ));
         }
         let size = sensed / rendered;

@@ -3,9 +3,10 @@
 //! shown = H·σ     H(s) = 1/(1 + τs)     H·(∫ M dε) = ∫ M d(H·ε)        so nothing is differentiated
 //! left open:  Σ cₖ·(shown(t − k·h) − shown(t))     k from 1 to 5, h = 1 ms, cₖ normal with deviation 2
 //! ```
-//! τ is the one of a grid of h between its ends, or of a parabola there, with the least BIC of the models with up to four parameters. A lag that is off, or of another
-//! shape, such as a dead time or a mean over many readings, is a sum of what the best model makes at other times: columns that may be in the
-//! stress of any model. So neither buys an element, and the intervals of all parameters know both.
+//! τ has the least BIC per sample of the models with up to four parameters, on a grid of h, then of its halves and quarters: a delayed motion has
+//! more corners, of which fewer samples are compared. A lag that is off, or of another shape, such as a dead time or a mean over many readings,
+//! is a sum of what the best model makes at other times: columns that may be in the stress of any model. So neither buys an element, and the
+//! intervals of all parameters know both.
 //!
 //! *Cost*: a search of few models for each place of the grid, then some ten operations a sample.
 
@@ -26,8 +27,8 @@ const STEP: f64 = 1e-3;
 /// Number of the cₖ, and their deviation.
 const TAPS: u8 = 5;
 const OPEN: f64 = 2.0;
-/// Fits with the columns of the model before: one that missed the lag's shape has it in its parameters.
-const ROUNDS: usize = 2;
+/// Times that the step between two lags is halved.
+const HALVINGS: usize = 2;
 /// Starts and parameters of a model that suffice to find the lag.
 const STARTS: usize = 6;
 const PARAMETERS: usize = 4;
@@ -42,14 +43,12 @@ pub(super) fn taken_off(
     let mut plain = record.clone();
     plain.lag_s = None;
     let few = |parameters: usize| Options {
-        candidates: options.chosen.map_or_else(
-            || {
-                let wanted = options.candidates.iter().copied();
-                let few = wanted.filter(|kind| kind.parameters().len() <= parameters);
-                few.collect()
-            },
-            |kind| vec![kind],
-        ),
+        candidates: match options.chosen {
+            Some(kind) => vec![kind],
+            None => (options.candidates.iter().copied())
+                .filter(|kind| kind.parameters().len() <= parameters)
+                .collect(),
+        },
         starts: options.starts.min(STARTS),
         bootstrap: 0,
         ..options.clone()
@@ -65,37 +64,36 @@ pub(super) fn taken_off(
         None => plain.clone(),
     };
     let few = few(PARAMETERS);
-    let steps = libm::ceil((most_s - least_s) / STEP) as usize;
     let at = |lag_s: f64| {
         let late = delayed(&shaped, lag_s);
         let (bic, model) = nearest(&late, &few, stop)?;
         Some((bic, lag_s, late, model))
     };
-    let place = |n: usize| least_s + (most_s - least_s) * n as f64 / steps.max(1) as f64;
-    let mut places: Vec<_> = (0..=steps).filter_map(|n| at(place(n))).collect();
-    // The lowest place of a parabola through the least and its neighbours.
-    let bics = places.windows(3);
-    let lowest = bics.filter(|three| three[1].0 < three[0].0.min(three[2].0));
-    let lowest = lowest
-        .min_by(|a, b| a[1].0.total_cmp(&b[1].0))
-        .map(|three| {
-            let [before, bic, after] = [0, 1, 2].map(|n| three[n].0);
-            let share = 0.5 * (before - after) / (before - 2.0 * bic + after);
-            three[1].1 + share * (three[2].1 - three[1].1)
-        });
-    places.extend(lowest.and_then(at));
-    let least = places.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let steps = libm::ceil((most_s - least_s) / STEP);
+    let mut step_s = (most_s - least_s) / steps.max(1.0);
+    let mut places: Vec<f64> = (0..=steps as usize)
+        .map(|n| least_s + step_s * n as f64)
+        .collect();
+    let mut least = None;
+    for _ in 0..=HALVINGS {
+        let tried = places.drain(..).filter_map(at).chain(least);
+        least = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+        step_s *= 0.5;
+        let sides = least
+            .iter()
+            .flat_map(|one| [-step_s, step_s].map(|by_s| one.1 + by_s));
+        places.extend(sides.filter(|lag_s| *lag_s > least_s && *lag_s < most_s));
+    }
     let Some((_, lag_s, mut late, mut model)) = least else {
         return plain;
     };
-    for round in 0..=ROUNDS {
+    // A model that missed the lag's shape has it in its parameters: the columns are those of one beside columns.
+    for is_last in [false, true] {
         late.bounded.clone_from(&plain.bounded);
         let columns = open(&shaped, &late, lag_s, &model);
         late.bounded.extend(columns);
-        if round < ROUNDS
-            && let Some(better) = nearest(&late, &few, stop)
-        {
-            model = better.1;
+        if !is_last && let Some((_, better)) = nearest(&late, &few, stop) {
+            model = better;
         }
     }
     (plain.first, plain.touch, plain.bounded) = (late.first, late.touch, late.bounded);
@@ -130,7 +128,7 @@ fn open(record: &Record, late: &Record, lag_s: f64, model: &Model) -> Vec<Vec<f6
     columns.collect()
 }
 
-/// BIC and model of the best of these candidates, without a stiffening of its own.
+/// BIC per sample and model of the best of these candidates, without a stiffening of its own.
 fn nearest(record: &Record, few: &Options, stop: &AtomicBool) -> Option<(f64, Model)> {
     let target = target_of(record, few, stop);
     let compressed = target.compressed();
@@ -138,7 +136,7 @@ fn nearest(record: &Record, few: &Options, stop: &AtomicBool) -> Option<(f64, Mo
     let fits = candidates.par_iter().filter_map(|&candidate: &Candidate| {
         let best = search(candidate, &compressed, few.starts.max(1)).ok()?;
         let fit = fit(candidate, &target, &best).0;
-        Some((fit.bic, fit.to_model().ok()?))
+        Some((fit.bic / fit.predicted.len() as f64, fit.to_model().ok()?))
     });
     fits.min_by(|a, b| a.0.total_cmp(&b.0))
 }

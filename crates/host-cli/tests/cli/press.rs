@@ -3,7 +3,8 @@
 use crate::devices::{Emulated, at};
 use crate::process::Place;
 
-/// True if the truth lies within twice the interval of this parameter. Which readings are its tare the clock decides, and once in twenty 95 % miss.
+/// True if the truth lies within twice the interval: the clock draws the readings of the tare, so of four intervals of 95 % one run in five would miss one,
+/// and of twice their width one in some thousands.
 fn holds(found: &serde_json::Value, name: &str, truth: f64) -> bool {
     let of = |key: &str| at(found, &format!("/parameters/{name}/{key}"));
     (of("value") - truth).abs() < of("high_95") - of("low_95")

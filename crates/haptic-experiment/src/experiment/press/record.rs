@@ -60,32 +60,33 @@ impl PressRecord {
     /// Its table, as an instrument would have written it.
     #[must_use]
     pub fn columns(&self) -> Columns {
-        let source = match self.is_sensed {
-            true => "the force is that of the sensor",
-            false => "the force is the motor's, less friction, inertia and damping of the device",
+        let [source, open] = if self.is_sensed {
+            ["that of the sensor", "the lag of the sensor"]
+        } else {
+            [
+                "the motor's, less friction, inertia and damping of the device",
+                "friction, mass and damping",
+            ]
         };
         let columns = [
             (Column::Time, "time_s", &self.time_s),
             (Column::Position, "position_m", &self.depth_m),
             (Column::Force, "force_n", &self.force_n),
         ];
-        let columns = columns.map(|(column, name, values)| {
-            let pressed = &values[..self.left.unwrap_or(values.len())];
-            (column, name.to_owned(), pressed.to_vec())
-        });
-        let open = match self.is_sensed {
-            true => "the lag of the sensor",
-            false => "friction, mass and damping",
-        };
-        let doubt = format!(
-            "what {open} may do to the force is in the choice of the model and in the intervals"
-        );
-        let left = self
-            .has_left()
-            .map(|left| format!("{left}: what is later is left out"));
+        let pressed = self.left.unwrap_or(self.time_s.len());
+        let values =
+            columns.map(|(column, name, all)| (column, name.to_owned(), all[..pressed].to_vec()));
+        let left = self.has_left();
+        let left = left.map(|left| format!("{left}: what is later is left out"));
+        let notes = [
+            format!("the force is {source}"),
+            format!(
+                "what {open} may do to the force is in the choice of the model and in the intervals"
+            ),
+        ];
         Columns {
-            values: columns.into(),
-            notes: [source.to_owned(), doubt].into_iter().chain(left).collect(),
+            values: values.into(),
+            notes: notes.into_iter().chain(left).collect(),
             ..Columns::default()
         }
     }
@@ -134,27 +135,28 @@ impl PressRecord {
     /// that differs by less on the ramp, whatever the gain of the motor.
     pub fn check_zero(&self) -> Result<(), String> {
         let peak_n = self.peak_n();
-        let remedy = "something leaned on it while it was tared, or it drifts: take that away, let it warm up, and press again";
-        if let Some(moved_n) = self
+        let why = if let Some(moved_n) = self
             .zero_moved_n
             .filter(|moved_n| moved_n.abs() > MOVED_MOST * peak_n)
         {
-            return Err(format!(
-                "the zero of the force sensor moved by {}, more than {MOVED_MOST} of the largest force of {}: {remedy}",
+            format!(
+                "the zero of the force sensor moved by {}, more than {MOVED_MOST} of the largest force of {}",
                 written("force_n", moved_n),
                 written("force_n", peak_n)
-            ));
-        }
-        let Some([ramp_n, hold_n]) = self.against_motor().filter(|_| self.is_sensed) else {
+            )
+        } else if let Some([ramp_n, hold_n]) = self.against_motor().filter(|_| self.is_sensed)
+            && hold_n.abs() > ramp_n.abs() + self.friction_n + APART_MOST * peak_n
+        {
+            format!(
+                "the force sensor is off the motor by {} in the hold and by {} on the ramp, and friction is as large in both",
+                written("force_n", hold_n),
+                written("force_n", ramp_n)
+            )
+        } else {
             return Ok(());
         };
-        if hold_n.abs() <= ramp_n.abs() + self.friction_n + APART_MOST * peak_n {
-            return Ok(());
-        }
         Err(format!(
-            "the force sensor is off the motor by {} in the hold and by {} on the ramp, and friction is as large in both: {remedy}",
-            written("force_n", hold_n),
-            written("force_n", ramp_n)
+            "{why}: something leaned on it while it was tared, or it drifts: take that away, let it warm up, and press again"
         ))
     }
 
@@ -170,13 +172,9 @@ impl PressRecord {
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let (mean_x, mean_y) = (mean(x), mean(y));
         let square = x.iter().map(|a| (a - mean_x) * (a - mean_x)).sum::<f64>();
-        let both = x
-            .iter()
-            .zip(y)
-            .map(|(a, b)| (a - mean_x) * (b - mean_y))
-            .sum::<f64>();
+        let both = x.iter().zip(y).map(|(a, b)| (a - mean_x) * (b - mean_y));
         let is_seen = (2.0 * square / ramp as f64).sqrt() > MOVED_MOST * self.peak_n();
-        let gain = both / square;
+        let gain = both.sum::<f64>() / square;
         let last = self.force_n.len() - self.force_n.len() / LAST..;
         let hold = mean(&self.force_n[last.clone()]) - gain * mean(&self.motor_n[last]);
         (ramp >= LEAST && is_seen && gain > 0.0).then_some([mean_y - gain * mean_x, hold])
@@ -214,7 +212,8 @@ impl Press {
             friction_n: self.device.friction.0,
             ..PressRecord::default()
         };
-        let (whole_s, t) = (self.path.duration_s(), self.sample_time_s());
+        let (whole_s, t, device) = (self.path.duration_s(), self.sample_time_s(), &self.device);
+        let moved_n = zero_moved_n.unwrap_or(0.0);
         let mut doubts = vec![Vec::new(); 3];
         let places: Vec<f64> = samples[pressed.clone()]
             .iter()
@@ -227,13 +226,12 @@ impl Press {
             let near = neighbours(samples, n);
             let [made_n, acceleration, speed] =
                 near.map_or([sample.applied_force_n, 0.0, 0.0], |near| motion(near, t));
-            let device = &self.device;
             let motor_n = made_n
                 - device.mass.0 * acceleration
                 - device.damping.0 * speed
                 - device.friction.0 * moves;
             let force_n = match sample.sensed_force_n.filter(|_| is_sensed) {
-                Some(sensed_n) => zero_moved_n.unwrap_or(0.0) * sample.time_s / whole_s - sensed_n,
+                Some(sensed_n) => moved_n * sample.time_s / whole_s - sensed_n,
                 None => motor_n,
             };
             let place_m = match near.filter(|_| !is_sensed) {
@@ -252,37 +250,32 @@ impl Press {
             ];
             (doubts.iter_mut().zip(open)).for_each(|(column, open)| column.push(open));
         }
-        let held = record
-            .time_s
-            .iter()
-            .position(|time_s| self.path.at(*time_s).held);
-        record.ramp_samples = held.unwrap_or(record.time_s.len());
+        let ramp = (record.time_s.iter()).take_while(|time_s| !self.path.at(**time_s).held);
+        record.ramp_samples = ramp.count();
         let mut noise_n = white_noise(&record.force_n).max(EXACT * record.peak_n());
         if is_sensed {
             // Both zeros are means of readings with its noise, and behind the press friction may hold the handle in the specimen.
             let mean = 1.0 / f64::from(OFFSET_SAMPLES).sqrt();
-            let moved = zero_moved_n.unwrap_or(0.0) / noise_n;
-            let drift = (record.time_s.iter())
-                .map(|time_s| libm::hypot(2.0_f64.sqrt() * mean, moved) * time_s / whole_s);
+            let drift = libm::hypot(2.0_f64.sqrt() * mean, moved_n / noise_n) / whole_s;
+            let drift = record.time_s.iter().map(|time_s| drift * time_s);
             record.doubts = vec![vec![mean; record.time_s.len()], drift.collect()];
-        }
-        if !is_sensed {
+        } else {
             if record.friction_n > 0.0 {
                 let (known, open) = known(&record.time_s, &unseen, record.friction_n);
                 doubts.extend(open);
                 record.known = Some(known);
             }
-            // Neighbours that share samples have noise in common: that of one in so many counts, as of a mean over fewer. What sticks has none.
+            // Apart, since neighbours share samples; what sticks has no noise.
             let slides = |n: &usize| !unseen.iter().any(|some| some.contains(n));
             let apart = (0..record.force_n.len()).filter(slides).step_by(2 * SIDE);
             let apart: Vec<f64> = apart.map(|n| record.force_n[n]).collect();
-            noise_n = noise_n.max(white_noise(&apart) * (2.0 * SIDE as f64 * 2.0 / 3.0).sqrt());
-            let some = doubts
-                .into_iter()
-                .filter(|column| column.iter().any(|open| *open != 0.0));
-            record.doubts = some
-                .map(|column| column.iter().map(|open| open / noise_n).collect())
-                .collect();
+            noise_n = noise_n.max(white_noise(&apart));
+            doubts.retain(|column| column.iter().any(|open| *open != 0.0));
+            doubts
+                .iter_mut()
+                .flatten()
+                .for_each(|open| *open /= noise_n);
+            record.doubts = doubts;
         }
         if record.peak_n() > SEEN * noise_n {
             record.left = record.left(back_m, noise_n);

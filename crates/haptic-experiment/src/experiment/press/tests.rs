@@ -574,12 +574,12 @@ fn the_truth_lies_within_the_interval_of_what_was_pressed() {
         missed.join("\n")
     );
     eprintln!("{said}");
-    // The aim is 0.9 and 0.93: friction still gives a motor an element too many once in six, and lags of 3 ms and more narrow an interval.
-    let share = |part: usize, all: usize| part as f64 / all as f64;
-    let holds = share(within[0] + within[1], all[0] + all[1]);
-    let [by_motor, by_sensor] = [0, 1].map(|by| share(chosen[by], presses[by]));
+    // A share of 95 % scatters by 1.2 % over the 330 parameters of sixty specimens.
+    let share = |part: [usize; 2], all: [usize; 2]| {
+        part.iter().sum::<usize>() as f64 / all.iter().sum::<usize>() as f64
+    };
     assert!(
-        holds >= 0.88 && by_motor >= 0.78 && by_sensor >= 0.9,
+        share(within, all) >= 0.93 && share(chosen, presses) >= 0.9,
         "{said}"
     );
 }
