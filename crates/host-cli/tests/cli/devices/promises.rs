@@ -308,26 +308,6 @@ fn a_search_without_anybody_goes_on_from_its_campaign() {
     device.place.run(&line).refused(2, &words);
 }
 
-/// Five dissipations of three orders, by the clock.
-#[test]
-#[ignore = "by night: `.ci/nightly` does it"]
-fn by_night_fifteen_points_by_the_clock_are_those_of_the_simulated_curve() {
-    let device = Emulated::new("");
-    device.json(NIGHT);
-    let keys = "duration=1s window=0.2s";
-    let line = format!(
-        "zwidth --orders 0,1,2 --points 5 --sample-time 2ms {keys} --device serial:device watchdog=1s --push-by device --campaign night.jsonl \
-         --out night --quiet"
-    );
-    let report = device.json(&line);
-    let orders = report["orders"].as_array().expect("orders");
-    let points = orders
-        .iter()
-        .map(|order| order["boundary"].as_array().expect("points").len());
-    assert_eq!(points.sum::<usize>(), 15, "{report}");
-    follow_the_simulated_walls(&device, &report, keys);
-}
-
 #[test]
 fn a_fault_of_the_sensor_ends_a_search_at_once() {
     let device = Emulated::new("--speed 8");

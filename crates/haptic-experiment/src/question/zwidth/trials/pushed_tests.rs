@@ -6,10 +6,13 @@ use crate::question::zwidth::campaign::Campaign;
 use crate::question::zwidth::{ZWidth, ZWidthReport};
 use crate::run::DeviceName;
 use crate::run::sensors::Sensors;
+use haptic_emulator::LineFaults;
+use haptic_emulator::board::{Body, Emulation, emulate};
 use haptic_link::Limits;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::Newtons;
+use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Device, Reading, SafeForce};
+use haptic_remote::serial::Pipe;
 use haptic_remote::{Hardware, TickSide, abilities, prepare};
 use nalgebra::Vector1;
 use std::path::Path;
@@ -267,6 +270,43 @@ impl Night {
             }
         };
         zwidth.searched(Some(trials), &progress, &stop)
+    }
+
+    /// On a board that is emulated by the clock.
+    fn by_the_clock(&self) -> ZWidthReport {
+        let (here, far_end) = Pipe::pair();
+        let board = Emulation {
+            axes: 1,
+            body: Some(Body {
+                plant: self.zwidth.device,
+                encoder_resolution: Metres(self.zwidth.sensors.encoder_resolution_m),
+                noise: (Metres(0.0), 0),
+            }),
+            sensor: None,
+            specimen: None,
+            speed: 1.0,
+            faults: LineFaults::default(),
+            seed: 1,
+            duration: None,
+        };
+        let over = AtomicBool::new(false);
+        let report = std::thread::scope(|scope| {
+            scope.spawn(|| emulate(Box::new(far_end), &board, &over));
+            let link = SerialLink::to_line(Box::new(here), "board", None);
+            let report = link.map_err(Failure::input).and_then(|mut link| {
+                (link.set(self.set(), &[0.0])).map_err(Failure::input)?;
+                let bench = LinkedBench {
+                    link,
+                    watchdog: Duration::from_secs(1),
+                    told_too_deep: false,
+                    runs: 0,
+                };
+                self.searched(Box::new(bench), u64::MAX)
+            });
+            over.store(true, Ordering::Relaxed);
+            report
+        });
+        report.expect("ends")
     }
 
     fn passes(&self, after: u64) -> Morning {
@@ -568,4 +608,18 @@ fn a_night_on_a_device_with_friction_ends_where_it_would_without() {
     }
     println!("{near} of {large} points near the edge");
     assert!(10 * near >= 9 * large, "{near} of {large}");
+}
+
+/// Twenty of them side by side.
+#[test]
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_a_night_by_the_clock_ends_where_it_would_without_friction() {
+    let mut random = testkit::Random(82);
+    let nights = (0..testkit::cases(20)).map(|n| drawn(&mut random, n, "points = 2"));
+    let nights: Vec<Night> = nights.collect();
+    std::thread::scope(|scope| {
+        for night in &nights {
+            scope.spawn(|| end_where_they_would_without(night, &night.by_the_clock()));
+        }
+    });
 }
