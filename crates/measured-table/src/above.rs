@@ -124,6 +124,9 @@ impl Block {
 
     /// The name of the block, from the lines above its heading: that of a step, an interval or a test, or none.
     pub(super) fn name(&self, heading: &Heading) -> Option<String> {
+        if let Some(label) = &self.label {
+            return Some(brief(label));
+        }
         const WORDS: &str = "step, interval, segment, sweep, set, cycle, abschnitt, temperature, test, result, specimen";
         let above = self.above.iter().rev();
         let lines = above.filter(|(line, _)| *line < heading.line);

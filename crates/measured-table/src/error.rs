@@ -1,5 +1,7 @@
 //! Tables that give no columns.
 
+use super::keys::SKIP_BAD_ROWS;
+
 /// A table that cannot be used, in one line with the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -17,6 +19,17 @@ pub enum TableError {
     /// A table that is wrong as a whole.
     #[error("{0}")]
     Whole(String),
+}
+
+impl TableError {
+    /// With the remedy to leave out rows that are no sample, of an error that this mends.
+    #[must_use]
+    pub fn or_skip(mut self) -> Self {
+        if let Self::Line { reason, .. } = &mut self {
+            *reason += &format!(", or give {SKIP_BAD_ROWS}");
+        }
+        self
+    }
 }
 
 fn in_column(name: &Option<String>) -> String {

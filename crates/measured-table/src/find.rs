@@ -38,6 +38,10 @@ pub(super) struct Block {
     pub(super) broken: Option<(u64, StringRecord)>,
     /// The first empty line between two rows.
     pub(super) blank: Option<u64>,
+    /// True if the first cell of each row, below no name, was left out.
+    pub(super) drops_names: bool,
+    /// The label above the first column, of one of several blocks side by side.
+    pub(super) label: Option<String>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -173,6 +177,100 @@ impl Block {
         }
     }
 
+    /// Leaves out the first cell of rows that have one more than the line above them, as R writes their names: nothing, words, or, where
+    /// `may_count`, the numbers from 1 on.
+    fn drop_row_names(&mut self, may_count: bool) {
+        let columns = self.columns();
+        let is_text = |row: &StringRecord| row.iter().all(|cell| Cell::of(cell) == Cell::Text);
+        let above = self.above.last().map(|above| &above.1);
+        let is_short = above.is_some_and(|row| row.len() + 1 == columns && is_text(row));
+        let mut rows = self.rows.iter().map(|row| &row.1).enumerate();
+        let is_name = |(n, row): (usize, &StringRecord)| {
+            let counts = || may_count && row.get(0) == Some(&*(n + 1).to_string());
+            row.len() == columns && (!self.numeric.contains(&0) || counts())
+        };
+        if columns > 2 && is_short && rows.all(is_name) {
+            let rows = std::mem::take(&mut self.rows);
+            (self.numeric, self.text) = (BTreeSet::new(), BTreeSet::new());
+            self.take(
+                rows.iter()
+                    .map(|(line, row)| (*line, row.iter().skip(1).collect())),
+            );
+            self.drops_names = true;
+        }
+    }
+
+    fn take(&mut self, rows: impl Iterator<Item = (u64, StringRecord)>) {
+        for (line, row) in rows {
+            let cells: Vec<Cell> = row.iter().map(Cell::of).collect();
+            self.push(line, &row, &cells);
+        }
+    }
+
+    /// Tables whose names repeat from left to right, as `X,Y,X,Y` of several curves do, as a block each: with the labels above them, which
+    /// may be numbers.
+    pub(super) fn side_by_side(blocks: Vec<Self>) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for mut block in blocks {
+            let Some([width, count]) = block.curves() else {
+                all.push(block);
+                continue;
+            };
+            let is_label = |row: &StringRecord| {
+                let mut filled = (0..row.len()).filter(|n| !row[*n].is_empty());
+                row.len() > width && filled.by_ref().eq((0..count).map(|n| n * width))
+            };
+            let label = all.pop_if(|before| {
+                let [(_, row)] = &before.rows[..] else {
+                    return false;
+                };
+                is_label(row)
+            });
+            block
+                .above
+                .splice(..0, label.into_iter().flat_map(|one| one.rows));
+            all.extend((0..count).map(|n| {
+                let from = n * width;
+                let cut = |(line, row): &(u64, StringRecord)| {
+                    let cells: StringRecord = match row.len() > width {
+                        true => row.iter().skip(from).take(width).collect(),
+                        false => row.clone(),
+                    };
+                    (!cells.iter().all(str::is_empty)).then_some((*line, cells))
+                };
+                let labels = block.above.iter().rfind(|(_, row)| is_label(row));
+                let columns = format!("columns {} to {}", from + 1, from + width);
+                let mut part = Self {
+                    above: block.above.iter().filter_map(cut).collect(),
+                    label: Some(labels.map_or(columns.clone(), |(_, row)| {
+                        format!("{}, {columns}", &row[from])
+                    })),
+                    ..Self::default()
+                };
+                part.take(block.rows.iter().filter_map(cut));
+                part
+            }));
+        }
+        all.retain(|part| !part.rows.is_empty());
+        all
+    }
+
+    /// Columns of a curve and the number of curves, if names repeat from left to right.
+    fn curves(&self) -> Option<[usize; 2]> {
+        let heading = self.headings().into_iter().next()?;
+        let last = heading.names.iter().rposition(|name| !name.is_empty())?;
+        let names = &heading.names[..=last];
+        let repeats = |width: &usize| {
+            let first: BTreeSet<&String> = names[..*width].iter().collect();
+            let mut all = names.iter().enumerate();
+            names.len().is_multiple_of(*width)
+                && first.len() == *width
+                && all.all(|(n, name)| !name.is_empty() && *name == names[n % width])
+        };
+        let width = (2..=names.len() / 2).find(repeats)?;
+        (self.columns() <= names.len()).then_some([width, names.len() / width])
+    }
+
     /// The decimal sign of its numbers, by all of them; a comma in one of these columns that may be of thousands as well is refused.
     fn decimal_sign(&self, places: &[usize]) -> Result<DecimalSign, TableError> {
         let (mut point, mut comma, mut thousands, mut has_point) = (false, false, false, false);
@@ -294,6 +392,8 @@ pub(super) struct Blocks {
     pub(super) blocks: Vec<Block>,
     /// Spaces separate the cells: an empty one is not seen.
     pub(super) spaced: bool,
+    /// Tabs separate them.
+    tabs: bool,
 }
 
 /// Lines of text below the last block so far.
@@ -354,6 +454,7 @@ impl Blocks {
         let mut found = Self {
             blocks: Vec::new(),
             spaced,
+            tabs: separator == b'\t',
         };
         let mut texts = Texts::new();
         let mut open = Block::default();
@@ -416,6 +517,7 @@ impl Blocks {
             .into_iter()
             .partition(|(line, _)| *line < first);
         block.drop_names();
+        block.drop_row_names(self.spaced || self.tabs);
         self.blocks.push(block);
     }
 }

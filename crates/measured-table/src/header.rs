@@ -3,7 +3,8 @@
 use super::column::Column;
 use super::keys::UNITS;
 use super::lines::brief;
-use super::unit::is_per_second;
+use super::unit::{is_per_second, of_suffix, refused};
+use std::f64::consts::E;
 
 /// The quantity that a name means.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +21,8 @@ pub(super) struct Meaning {
 pub(super) enum Unit {
     /// Size of one in SI units.
     Factor(f64),
+    /// As `Factor`, of a mass that stands for its weight.
+    Weight(f64),
     /// Neither the name nor the line below says one.
     Untold,
     /// Hz or rad/s: 1/s can be either, and so can a plain frequency.
@@ -76,28 +79,69 @@ pub fn words(header: &str) -> Vec<String> {
 }
 
 impl Unit {
+    fn of(column: Column, unit: &str) -> Option<Self> {
+        let size = column.dimension().size(unit)?;
+        Some(match size.is_weight {
+            true => Self::Weight(size.si),
+            false => Self::Factor(size.si),
+        })
+    }
+
+    /// That of a suffix as in `modulus_kpa`.
+    pub(super) fn of_suffix(column: Column, suffix: &str) -> Option<Self> {
+        Self::of(column, &of_suffix(suffix)).filter(|_| !suffix.is_empty())
+    }
+
     pub(super) fn factor(&self) -> Option<f64> {
         match self {
-            Self::Factor(factor) => Some(*factor),
+            Self::Factor(factor) | Self::Weight(factor) => Some(*factor),
             Self::Untold | Self::Either | Self::Foreign(_) => None,
         }
     }
 }
 
+/// The base of the logarithms in the cells below a name such as `log10 G' (Pa)` or `ln(t/s)`, and the name without it: `G' (Pa)`, `t/s`. As
+/// people write it, *log* is decimal.
+pub(super) fn logarithm(header: &str) -> Option<(f64, String)> {
+    const MARKS: [&str; 6] = ["ln", "log10", "log_10", "log₁₀", "log", "lg"];
+    let header = header.trim();
+    let (mark, rest) = MARKS.iter().find_map(|mark| {
+        let head = header.get(..mark.len())?;
+        let rest = &header[mark.len()..];
+        head.eq_ignore_ascii_case(mark).then_some((mark, rest))
+    })?;
+    let base = if *mark == "ln" { E } else { 10.0 };
+    let name = rest.trim_start_matches(['_', ' ']);
+    let is_apart = name.len() < rest.len() || name.starts_with(['(', '[', '{', '|']);
+    let mut depth = 0;
+    let end = name.find(|sign| {
+        depth += i32::from("([{".contains(sign)) - i32::from(")]}".contains(sign));
+        depth == 0
+    });
+    let name = match end {
+        Some(end) if end > 0 => format!("{}{}", &name[1..end], &name[end + 1..]),
+        _ => name.to_owned(),
+    };
+    (!name.is_empty() && (is_apart || understand(&name, "").is_some())).then_some((base, name))
+}
+
 /// Quantity and unit of a name, and of the unit in the line below it; `None` if it is not a quantity of a record.
 pub(super) fn understand(header: &str, below: &str) -> Option<Meaning> {
+    if let Some((_, name)) = logarithm(header) {
+        return understand(&name, below);
+    }
     let lower = header.trim().to_lowercase();
     let exact = Column::ALL
         .into_iter()
         .find(|column| column.header() == lower);
     let ours = exact
-        .map(|column| (column, 1.0))
+        .map(|column| (column, Unit::Factor(1.0)))
         .or_else(|| with_suffix(&lower));
-    if let Some((column, factor)) = ours.filter(|_| below.is_empty()) {
+    if let Some((column, unit)) = ours.filter(|_| below.is_empty()) {
         // `strain` names no unit, as everybody writes it; it may be in per cent.
         let unit = match exact {
             Some(Column::Strain) => Unit::Untold,
-            Some(_) | None => Unit::Factor(factor),
+            Some(_) | None => unit,
         };
         let rank = PLAIN;
         return Some(Meaning { column, unit, rank });
@@ -146,7 +190,7 @@ fn meaning(name: &str, unit: Option<String>) -> Option<Meaning> {
     };
     let fits = |column: &&Column| {
         let unit = unit.as_deref();
-        unit.is_some_and(|unit| column.dimension().factor(unit).is_some())
+        unit.is_some_and(|unit| column.dimension().size(unit).is_some())
     };
     // A name of two quantities without a unit, as f, is ambiguous.
     let column = match (&known[..], &unit) {
@@ -169,25 +213,25 @@ pub(super) fn unit_in(column: Column, name: &str, unit: Option<&str>) -> Unit {
         None if is_either => Unit::Either,
         None => Unit::Untold,
         Some(unit) if is_either && is_per_second(unit) => Unit::Either,
-        Some(unit) => match column.dimension().factor(unit) {
-            Some(factor) => Unit::Factor(factor),
-            None => Unit::Foreign(unit.to_owned()),
-        },
+        Some(unit) => Unit::of(column, unit).unwrap_or_else(|| Unit::Foreign(unit.to_owned())),
     }
 }
 
 /// `modulus_kpa`: a unit after an underscore.
-fn with_suffix(header: &str) -> Option<(Column, f64)> {
+fn with_suffix(header: &str) -> Option<(Column, Unit)> {
     let marks = header.match_indices('_').map(|(mark, _)| mark);
     marks.into_iter().find_map(|mark| {
         let (name, suffix) = (plain(&header[..mark]), &header[mark + 1..]);
-        spelt(&name).find_map(|column| Some((column, column.dimension().factor_of_suffix(suffix)?)))
+        spelt(&name).find_map(|column| Some((column, Unit::of_suffix(column, suffix)?)))
     })
 }
 
 /// Message for a column whose unit is wrong, with the remedy.
 pub(super) fn foreign(unit: &str, column: Column) -> String {
     let (name, dimension) = (column.name(), column.dimension());
+    if let Some(why) = refused(unit) {
+        return format!("unit {:?} {why}", brief(unit));
+    }
     format!(
         "unit {:?} is not a unit of {name}: give one of {} in the header, or {UNITS} {name}={}",
         brief(unit),

@@ -1,7 +1,7 @@
 //! The line of names and the line of units that belong to a block of numbers.
 
 use super::column::Column;
-use super::header::{Unit, split, understand, unit_in};
+use super::header::{Unit, logarithm, split, understand, unit_in};
 use super::lines::brief;
 use super::unit::Dimension;
 
@@ -72,18 +72,19 @@ impl Heading {
         let meaning =
             understand(name, self.below(place)).filter(|meaning| meaning.column == column);
         let (_, suffix) = name.rsplit_once('_').unwrap_or_default();
-        let suffix = || column.dimension().factor_of_suffix(suffix);
+        let suffix = || Unit::of_suffix(column, suffix);
         match (meaning, self.unit(place)) {
             (Some(meaning), _) => meaning.unit,
-            (None, None) => suffix().map_or(Unit::Untold, Unit::Factor),
+            (None, None) => suffix().unwrap_or(Unit::Untold),
             (None, unit) => unit_in(column, name, unit.as_deref()),
         }
     }
 
     /// The unit below a name, or the one in it.
     pub(super) fn unit(&self, place: usize) -> Option<String> {
+        let name = &self.names[place];
         match self.below(place) {
-            "" => split(&self.names[place]).1,
+            "" => split(&logarithm(name).map_or_else(|| name.clone(), |of| of.1)).1,
             unit => Some(unit.to_owned()),
         }
     }

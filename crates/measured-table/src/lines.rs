@@ -9,6 +9,12 @@ pub fn passed(lines: &[u64], why: &str) -> Option<String> {
     rows_named(lines).map(|rows| format!("{rows} left out, {why}"))
 }
 
+/// True of so few bad rows among all that they may be left out: a tenth.
+#[must_use]
+pub const fn are_few(bad: usize, rows: usize) -> bool {
+    bad <= rows.div_ceil(10)
+}
+
 /// Number of rows, and the lines of the first few; `None` without any.
 #[must_use]
 pub fn rows_named(lines: &[u64]) -> Option<String> {

@@ -4,10 +4,10 @@ use super::column::{Choice, Column};
 use super::columns::Columns;
 use super::error::TableError;
 use super::find::Block;
-use super::header::{Meaning, Unit, foreign, split, understand};
+use super::header::{Meaning, Unit, foreign, logarithm, split, understand};
 use super::heading::Heading;
 use super::keys::{COLUMNS, FROM, SEGMENT, SEGMENTS, TO, UNITS};
-use super::lines::{brief, passed, rows_named, wrong};
+use super::lines::{are_few, brief, passed, rows_named, wrong};
 use super::segments::{between, changes, jumps, restarts};
 use super::text::TextTable;
 use super::unit::celsius;
@@ -58,6 +58,32 @@ struct Found {
     place: usize,
     name: String,
     unit: Unit,
+    /// Of the logarithms that its cells are, if they are.
+    base: Option<f64>,
+    /// True of a distance that falls while the depth grows.
+    falls: bool,
+}
+
+impl Found {
+    fn new(column: Column, place: usize, name: &str, unit: Unit) -> Self {
+        let base = logarithm(name).map(|of| of.0);
+        let falls = column == Column::Position && name.to_lowercase().contains("separation");
+        let name = name.to_owned();
+        Self {
+            falls,
+            column,
+            place,
+            name,
+            unit,
+            base,
+        }
+    }
+
+    /// The number that a cell means, in the column's unit.
+    fn number(&self, cell: f64) -> f64 {
+        let number = self.base.map_or(cell, |base| libm::pow(base, cell));
+        if self.falls { -number } else { number }
+    }
 }
 
 /// A block under its heading, and the columns of a record in it.
@@ -79,6 +105,9 @@ struct Piece<'a> {
 
 /// A strain above it, without a unit, may be in per cent.
 const STRAIN_PLAIN: f64 = 1.0;
+
+/// A logarithm beyond it is none.
+const MOST_POWER: f64 = 30.0;
 
 fn is_clock(column: Column) -> bool {
     matches!(column, Column::Time | Column::Omega)
@@ -113,6 +142,7 @@ impl Reader {
             let mut columns = self.columns(piece)?;
             columns.segment = (pieces.len() > 1).then(|| piece.name.clone());
             columns.notes.extend(preamble(piece.part));
+            columns.notes.extend(piece.part.block.drops_names.then(|| "the header has a name fewer than rows have cells: their first cell is taken as their own name, and columns count from the second".to_owned()));
             columns.notes.extend(unread(table, &parts));
             Ok(columns)
         });
@@ -133,7 +163,8 @@ impl Reader {
                     known().fold(f64::INFINITY, f64::min),
                     known().fold(f64::NEG_INFINITY, f64::max),
                 ];
-                Some(ends.map(|end| end * clock.unit.factor().unwrap_or(1.0)))
+                let factor = clock.unit.factor().unwrap_or(1.0);
+                Some(ends.map(|end| clock.number(end) * factor))
             });
             let found = piece.part.found.iter();
             Segment {
@@ -160,11 +191,8 @@ impl Reader {
                 Err(error) => refused = refused.or(Some(error)),
             }
         }
-        let is_whole = |part: &Part| {
-            part.clock().is_some() && part.found.iter().any(|found| !is_clock(found.column))
-        };
-        if parts.iter().any(is_whole) {
-            parts.retain(is_whole);
+        if parts.iter().any(Part::is_whole) {
+            parts.retain(Part::is_whole);
         }
         if let (true, Some(error)) = (parts.is_empty(), refused) {
             return Err(error);
@@ -248,14 +276,8 @@ impl Reader {
     fn named(&self, heading: &Heading) -> Result<Vec<Found>, TableError> {
         let named = self.columns.iter().map(|&(column, ref choice)| {
             let place = place(heading, choice).map_err(|what| wrong(heading.line, &what))?;
-            let name = heading.names[place].clone();
             let unit = heading.unit_as(column, place);
-            Ok(Found {
-                column,
-                place,
-                name,
-                unit,
-            })
+            Ok(Found::new(column, place, &heading.names[place], unit))
         });
         named.collect()
     }
@@ -298,13 +320,7 @@ impl Reader {
                 );
                 part.unclear.push((column, asked));
             }
-            let name = name.clone();
-            found.push(Found {
-                column,
-                place,
-                name,
-                unit,
-            });
+            found.push(Found::new(column, place, name, unit));
         }
         found[named..].sort_by_key(|found| found.place);
     }
@@ -318,7 +334,7 @@ impl Reader {
                 format!("its unit may be Hz or rad/s: give {UNITS} omega=Hz or omega=rad/s")
             }
             Unit::Foreign(unit) if !is_named => foreign(unit, column),
-            Unit::Foreign(_) | Unit::Factor(_) | Unit::Untold => return None,
+            Unit::Foreign(_) | Unit::Factor(_) | Unit::Weight(_) | Unit::Untold => return None,
         };
         let asked = format!("line {line}, column {name}: {doubt}");
         self.unit_of(column).is_none().then_some((column, asked))
@@ -333,9 +349,13 @@ impl Reader {
     fn chosen(&self, pieces: &[Piece]) -> Result<Vec<usize>, TableError> {
         if self.segments.is_empty() && pieces.len() > 1 {
             return Err(TableError::Whole(format!(
-                "{} segments could be meant, {}: give {SEGMENT} one or several of them, or {SEGMENTS} to list all",
+                "{} segments could be meant, {}: give {SEGMENT} one or several of them, or {SEGMENTS} to list all{}",
                 pieces.len(),
-                listed(pieces)
+                listed(pieces),
+                match pieces.iter().any(|piece| piece.part.is_whole()) {
+                    true => String::new(),
+                    false => format!("; and {COLUMNS}, as in time=1,modulus=2"),
+                }
             )));
         }
         let all: Vec<usize> = (0..pieces.len()).collect();
@@ -351,7 +371,9 @@ impl Reader {
                 Some(found).filter(|found| found.len() == 1)
             };
             let found = match lower.parse::<usize>() {
-                Ok(number) => all.get(number.wrapping_sub(1)).map(|n| vec![*n]),
+                Ok(number) if (1..=all.len()).contains(&number) => Some(vec![number - 1]),
+                // A label may be a number.
+                Ok(_) => one(&|name| name.split(", ").next() == Some(lower.as_str())),
                 Err(_) if lower == "all" => Some(all.clone()),
                 Err(_) => one(&|name| name == lower).or_else(|| one(&|name| name.contains(&lower))),
             };
@@ -376,13 +398,42 @@ impl Reader {
         let (block, rows) = (part.block, piece.rows.clone());
         let mut bad = Vec::new();
         let skipped = self.skip_bad_rows.then_some(&mut bad);
-        let mut numbers = block.numbers(&part.heading, &places, rows.clone(), skipped)?;
+        let numbers = block.numbers(&part.heading, &places, rows.clone(), skipped);
+        let mut numbers = numbers.map_err(|error| {
+            let mut bad = Vec::new();
+            let read = block.numbers(&part.heading, &places, rows.clone(), Some(&mut bad));
+            bad.dedup();
+            match read.is_ok() && are_few(bad.len(), rows.len()) {
+                true => error.or_skip(),
+                false => error,
+            }
+        })?;
         bad.dedup();
         let mut unclear = part.unclear.clone();
         for (f, column) in part.found.iter().zip(&mut numbers) {
-            let reach = column
-                .iter()
-                .fold(0.0, |most: f64, value| most.max(value.abs()));
+            let reach = |column: &[f64]| column.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            if let Some(base) = f.base {
+                let (reach, base) = (reach(column), if base < 10.0 { "e" } else { "10" });
+                if reach > MOST_POWER {
+                    return Err(TableError::Whole(format!(
+                        "column {} has the name of a logarithm, and {base} to the power of {} is no number of a record: change its name if its cells are no logarithms",
+                        f.name,
+                        Shown(reach)
+                    )));
+                }
+                notes.push(format!(
+                    "column {} holds logarithms to the base {base}: its cells are taken to the power; begin its name with ln or log10 if the base is another",
+                    f.name
+                ));
+            }
+            if f.falls {
+                notes.push(format!(
+                    "column {}: the depth is counted against the separation",
+                    f.name
+                ));
+            }
+            column.iter_mut().for_each(|cell| *cell = f.number(*cell));
+            let reach = reach(column);
             let factor = self.factor(f, reach, &mut notes)?;
             column.iter_mut().for_each(|value| *value *= factor);
             if f.column == Column::Strain && f.unit == Unit::Untold && reach > STRAIN_PLAIN {
@@ -485,10 +536,17 @@ impl Reader {
                 let named = name.strip_prefix("column ").unwrap_or(name);
                 notes.push(format!("column {named} names no unit: taken as {si}"));
             }
+            if let Unit::Weight(_) = found.unit {
+                notes.push(format!(
+                    "column {name}: a mass is no force, and is taken as its weight, 9.80665 N for 1 kg: write gf, kgf or lbf in the header to say so, or the right unit"
+                ));
+            }
             return Ok(found.unit.factor().unwrap_or(1.0));
         };
-        let given = column.dimension().factor(unit);
-        let given = given.ok_or_else(|| TableError::Whole(foreign(unit, column)))?;
+        let given = column.dimension().size(unit);
+        let given = given
+            .ok_or_else(|| TableError::Whole(foreign(unit, column)))?
+            .si;
         match found.unit.factor() {
             Some(named) if (named / given - 1.0).abs() > 1e-9 => Err(TableError::Whole(format!(
                 "column {name} names its own unit: omit {}={unit} of {UNITS}",
@@ -504,18 +562,26 @@ fn keep_sweep(found: &mut Vec<Found>) {
     let moduli = [
         Column::Storage,
         Column::Loss,
-        Column::Complex,
         Column::Phase,
         Column::LossTangent,
+        Column::Complex,
     ];
     let has = |column: &Column| found.iter().any(|found| found.column == *column);
-    let kept: Vec<Column> = moduli.into_iter().filter(has).take(2).collect();
+    // The phase and its tangent are one number.
+    let is_double = |column: &Column| *column == Column::LossTangent && has(&Column::Phase);
+    let kept = moduli.into_iter().filter(|one| has(one) && !is_double(one));
+    let kept: Vec<Column> = kept.take(2).collect();
     if has(&Column::Omega) && kept.len() == 2 {
         found.retain(|found| found.column == Column::Omega || kept.contains(&found.column));
     }
 }
 
 impl Part<'_> {
+    /// True if it has a clock and something beside it.
+    fn is_whole(&self) -> bool {
+        self.clock().is_some() && self.found.iter().any(|found| !is_clock(found.column))
+    }
+
     fn clock(&self) -> Option<&Found> {
         self.of(Column::Omega).or_else(|| self.of(Column::Time))
     }

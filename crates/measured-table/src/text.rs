@@ -26,7 +26,8 @@ pub struct TextTable {
 /// # Errors
 /// A file that is not text, is empty or too long; one without a row of two numbers.
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, TableError> {
-    let table = TextTable::new(bytes)?;
+    let mut table = TextTable::new(bytes)?;
+    table.blocks = Block::side_by_side(table.blocks);
     if table.blocks.iter().all(|block| block.columns() < 2) {
         let first = table.blocks.first();
         let heading = first.and_then(|block| block.headings().pop());
@@ -53,7 +54,7 @@ impl TextTable {
                 "the table is empty: give a header and rows of numbers below it".to_owned(),
             ));
         }
-        let Blocks { blocks, spaced } = Blocks::of(&text)?;
+        let Blocks { blocks, spaced, .. } = Blocks::of(&text)?;
         if blocks.is_empty() {
             return Err(TableError::Whole(format!(
                 "no row with numbers in {} lines, so there are no rows of a table: give a header and numbers below it",
@@ -258,7 +259,7 @@ impl Chosen {
     /// Seconds in the unit of a column of time, which its name or the line below says.
     fn time_factor(&self, column: usize) -> Result<f64, TableError> {
         match self.heading.unit_as(Column::Time, column) {
-            Unit::Factor(factor) => Ok(factor),
+            Unit::Factor(factor) | Unit::Weight(factor) => Ok(factor),
             Unit::Untold | Unit::Either => Ok(1.0),
             Unit::Foreign(unit) => Err(wrong(self.heading.line, &foreign(&unit, Column::Time))),
         }

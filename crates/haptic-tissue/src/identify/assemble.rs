@@ -13,7 +13,7 @@ use crate::MeasuredLoading;
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, LoopParameterError, Modulus, Specimen};
 use haptic_quantity::{Key, label};
-use measured_table::{Column, Columns, TableError, passed, words};
+use measured_table::{Column, Columns, TableError, are_few, passed, words};
 use std::collections::HashSet;
 
 /// A record and its notes.
@@ -156,9 +156,15 @@ struct Assembly(Columns);
 impl Assembly {
     fn record(mut self, reading: &TableDetails) -> Result<Understood, IdentifyError> {
         let Some(mut bad) = self.0.bad.take() else {
-            return self.made(reading);
+            let made = self.clone().made(reading);
+            let Err(IdentifyError::Table(error)) = made else {
+                return made;
+            };
+            self.0.bad = Some(Vec::new());
+            let helps = self.record(reading).is_ok();
+            return Err(if helps { error.or_skip() } else { error }.into());
         };
-        let most = (self.0.lines.len() + bad.len()).div_ceil(SKIPPED_OF);
+        let rows = self.0.lines.len() + bad.len();
         loop {
             let made = self.clone().made(reading);
             if let Err(IdentifyError::Table(TableError::Line { line, .. })) = made
@@ -169,7 +175,7 @@ impl Assembly {
                 for (.., values) in &mut self.0.values {
                     values.remove(row);
                 }
-            } else if bad.len() <= most {
+            } else if are_few(bad.len(), rows) {
                 let mut understood = made?;
                 bad.sort_unstable();
                 let left_out = passed(
@@ -179,7 +185,7 @@ impl Assembly {
                 understood.notes.extend(left_out);
                 return Ok(understood);
             }
-            if bad.len() > most {
+            if !are_few(bad.len(), rows) {
                 return Err(IdentifyError::Record(format!(
                     "{} bad rows are more than a tenth of all, which is too many for {SKIP_BAD_ROWS}: correct the table, or name its columns by {COLUMNS}",
                     bad.len()
@@ -582,7 +588,8 @@ impl Assembly {
         missing.unwrap_or_else(|| self.no_record())
     }
 
-    /// Storage and loss modulus of what a rheometer writes instead: G′ = |G*|·cos δ, G″ = |G*|·sin δ = G′·tan δ.
+    /// Storage and loss modulus of what a rheometer writes instead: G′ = |G*|·cos δ, G″ = |G*|·sin δ = G′·tan δ; of two moduli the third by
+    /// |G*|² = G′² + G″².
     fn storage_and_loss(&mut self) {
         let both = [Column::Storage, Column::Loss];
         if both.into_iter().all(|column| self.0.has(column)) {
@@ -592,26 +599,36 @@ impl Assembly {
             self.0.values.retain(|value| stays(value.0));
             return;
         }
-        let find = |column| self.0.values.iter().find(|value| value.0 == column);
-        let tangents =
-            |angle: &dyn Fn(f64) -> f64, values: &[f64]| values.iter().map(|x| angle(*x)).collect();
-        let tangents: Option<Vec<f64>> = (find(Column::LossTangent).map(|value| value.2.clone()))
-            .or_else(|| find(Column::Phase).map(|value| tangents(&libm::tan, &value.2)));
-        let Some(tangents) = tangents else { return };
-        let storage: Vec<f64> = if let Some((.., storage)) = find(Column::Storage) {
-            storage.clone()
-        } else if let Some((.., complex)) = find(Column::Complex) {
-            let cosine = |tangent: &f64| 1.0 / libm::sqrt(1.0 + tangent * tangent);
-            let pairs = complex.iter().zip(&tangents);
-            pairs.map(|(size, tan)| size * cosine(tan)).collect()
-        } else {
-            return;
+        let find = |column| {
+            let mut values = self.0.values.iter();
+            Some(values.find(|value| value.0 == column)?.2.clone())
         };
+        let each = |a: Option<Vec<f64>>, b: &[f64], of: fn(f64, f64) -> f64| {
+            let pairs = a?.into_iter().zip(b);
+            Some(pairs.map(|(a, b)| of(a, *b)).collect::<Vec<f64>>())
+        };
+        let [storage, complex, loss] = [Column::Storage, Column::Complex, Column::Loss].map(find);
+        let of_size = |part: &Option<Vec<f64>>, of: fn(f64, f64) -> f64| {
+            each(complex.clone(), part.as_ref()?, of)
+        };
+        let phase = || Some(find(Column::Phase)?.into_iter().map(libm::tan).collect());
+        let tangent = find(Column::LossTangent)
+            .or_else(phase)
+            .or_else(|| of_size(&storage, |size, storage| other(size, storage) / storage))
+            .or_else(|| of_size(&loss, |size, loss| loss / other(size, loss)));
+        let Some(tangent) = tangent else { return };
+        let storage = storage
+            .or_else(|| each(complex, &tangent, |size, t| size / libm::sqrt(1.0 + t * t)))
+            .or_else(|| each(loss, &tangent, |loss, t| loss / t));
+        let Some(storage) = storage else { return };
+        let pairs = storage.iter().zip(tangent);
+        let loss = pairs.map(|(storage, t)| storage * t).collect();
         let made = [
             Column::Complex,
             Column::Phase,
             Column::LossTangent,
             Column::Storage,
+            Column::Loss,
         ];
         let names = self.0.values.iter().filter(|value| made.contains(&value.0));
         let names: Vec<&str> = names.map(|value| value.1.as_str()).collect();
@@ -621,8 +638,6 @@ impl Assembly {
             .push(format!("storage and loss modulus are made of {names}"));
         self.0.values.retain(|value| !made.contains(&value.0));
         self.0.chosen.retain(|column| !made.contains(column));
-        let pairs = storage.iter().zip(tangents);
-        let loss = pairs.map(|(storage, tangent)| storage * tangent).collect();
         for (column, values) in both.into_iter().zip([storage, loss]) {
             let name = column.header().to_owned();
             self.0.values.push((column, name, values));
@@ -778,9 +793,6 @@ impl Assembly {
     }
 }
 
-/// One row in this many may be bad.
-const SKIPPED_OF: usize = 10;
-
 /// Words for a loading, and symbols for a modulus.
 const LOADINGS: [(LoadingKind, &[&str]); 3] = [
     (LoadingKind::Shear, &["shear", "γ", "gamma", "τ", "tau"]),
@@ -788,11 +800,17 @@ const LOADINGS: [(LoadingKind, &[&str]); 3] = [
     (LoadingKind::Compression, &["compressive"]),
 ];
 const MODULI: [(Modulus, &[&str]); 2] = [
-    (Modulus::Shear, &["g", "g(t)", "g'", "g''", "gp", "gpp"]),
+    (
+        Modulus::Shear,
+        &[
+            "g", "g(t)", "g'", "g''", "gp", "gpp", "g*", "|g*|", "|g|", "gprime",
+        ],
+    ),
     (
         Modulus::Young,
         &[
-            "e", "e(t)", "e'", "e''", "ep", "epp", "young", "young's", "youngs",
+            "e", "e(t)", "e'", "e''", "ep", "epp", "e*", "|e*|", "|e|", "eprime", "young",
+            "young's", "youngs",
         ],
     ),
 ];
@@ -808,6 +826,11 @@ fn loading_of(header: &str) -> MeasuredLoading {
         modulus: modulus.map(|known| known.0),
         poisson_ratio: None,
     }
+}
+
+/// The other part of a complex modulus of this size.
+fn other(size: f64, part: f64) -> f64 {
+    libm::sqrt(size * size - part * part)
 }
 
 /// Value common to all; `None` if two differ or the iterator is empty.

@@ -1,7 +1,7 @@
 //! Arguments that sentences name.
 
 use haptic_quantity::Key;
-pub(in crate::identify) use measured_table::{COLUMNS, FROM};
+pub(in crate::identify) use measured_table::{COLUMNS, FROM, SKIP_BAD_ROWS};
 
 pub(in crate::identify) const AREA: Key = Key("area_m2");
 pub(in crate::identify) const BASELINE: Key = Key("baseline");
@@ -20,7 +20,6 @@ pub(in crate::identify) const SUBTRACT_START: Key = Key("subtract_start");
 pub(in crate::identify) const RADIUS: Key = Key("indenter_radius_m");
 pub(in crate::identify) const REPLICATES: Key = Key("replicates");
 pub(in crate::identify) const SHIFT_BY: Key = Key("shift_by");
-pub(in crate::identify) const SKIP_BAD_ROWS: Key = Key("skip_bad_rows");
 pub(in crate::identify) const STIFFENING: Key = Key(crate::material::STIFFENING);
 pub(in crate::identify) const STRAIN: Key = Key("strain");
 pub(in crate::identify) const STRESS: Key = Key("stress_pa");

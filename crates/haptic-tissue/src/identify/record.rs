@@ -63,6 +63,8 @@ pub(super) struct Touch {
     pub(super) depth_m: Vec<f64>,
     pub(super) force_n: Vec<f64>,
     pub(super) specimen: Specimen,
+    /// Sentences about what is left out of it.
+    left_out: Vec<String>,
 }
 
 impl Touch {
@@ -76,6 +78,7 @@ impl Touch {
             time_s: chosen_of(&self.time_s),
             depth_m: chosen_of(&self.depth_m),
             force_n: chosen_of(&self.force_n),
+            left_out: self.left_out.clone(),
             ..*self
         }
     }
@@ -244,7 +247,7 @@ impl Record {
         without(wrong, |_| {
             "a number is not finite; omit the sample".to_owned()
         })?;
-        increasing(&time_s, "time", "s", |before, after| before >= after)?;
+        increasing(&time_s, "time", "s", |before, after| before > after)?;
         let Some(levels) = commanded::levels(&stress_pa) else {
             return Err(IdentifyError::Record(format!(
                 "the stress is not held at levels, as that of a creep is: give {}",
@@ -469,19 +472,19 @@ impl Record {
             depth_m,
             force_n,
             specimen: *specimen,
+            left_out: Vec::new(),
         };
-        let mut warnings = Vec::new();
         if matches!(loading.kind, LoadingKind::Sphere | LoadingKind::Cone) {
             let inside: Vec<f64> = touch.depth_m.iter().map(|depth| depth.max(0.0)).collect();
             let (count, (kept, fall)) = (inside.len(), growing(&inside));
             if fall > NOISE {
-                warnings.push(format!(
+                touch.left_out.push(format!(
                     "the depth falls back by {:.1} % of its largest, as an overshoot does: the contact is taken as if it did not shrink",
                     100.0 * fall
                 ));
             }
             if kept < count {
-                warnings.push(format!(
+                touch.left_out.push(format!(
                     "the contact shrinks from {} on: {} samples of {count} are left out, because only growing contact is fitted",
                     match untimed {
                         None => format!("{} s", Shown(touch.time_s[kept - 1])),
@@ -499,7 +502,6 @@ impl Record {
             ContactPoint::Zero | ContactPoint::At(_) => REST,
         };
         let mut record = Self::touching(&touch, 0.0, rest)?;
-        record.warnings.extend(warnings);
         record.untimed = untimed;
         record.touch = Some(touch).filter(|_| !loading.kind.is_slab());
         Ok(record)
@@ -515,7 +517,7 @@ impl Record {
         let (mut time_s, mut force_n) = (touch.time_s.clone(), touch.force_n.clone());
         let depths = touch.depth_m.iter().map(|depth| depth - contact_m);
         let mut depth_m: Vec<f64> = depths.collect();
-        let mut warnings = Vec::new();
+        let mut warnings = touch.left_out.clone();
         if !specimen.loading().kind.is_slab() {
             let most = depth_m.iter().copied().fold(0.0, f64::max);
             if depth_m[0] > rest * (most - depth_m[0]) {

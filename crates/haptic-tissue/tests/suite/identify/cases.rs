@@ -3,7 +3,7 @@
 use super::layouts::reader;
 use super::{candidate, one};
 use haptic_loop::{Loading, LoadingKind};
-use haptic_tissue::identify::{IdentifyError, TableDetails};
+use haptic_tissue::identify::{ContactPoint, IdentifyError, TableDetails};
 use measured_table::{Reader, read_table};
 use std::path::PathBuf;
 use testkit::{assert_close, assert_relative};
@@ -32,6 +32,15 @@ const CASES: &str = r"
     units-row-shorter.txt | columns omega=4,storage=5,loss=6 | 5000 | 0.25 | 16
     strain-in-percent-unnamed.csv | units strain=% | 3000 | 0.2 | 171
     strain-in-percent-unnamed.csv | units strain=1 | 30 | 0.2 | 171
+    gstar-and-phase.csv | - | 1123.16 | 0.25 | 4
+    log-axes.csv | - | 3000 | 0.2 | 15
+    log-axes.csv | columns time=1,modulus=2 | 3000 | 0.2 | 15
+    r-write-table.txt | - | 734.57 | 0.2 | 5
+    leading-tab.txt | columns omega=1,storage=4,loss=8 | 1082.2 | 0.25 | 3
+    storage-by-words.csv | - | 1215.5 | 0.25 | 4
+    time-in-days.csv | - | 3000 | 0.2 | 26
+    creep-equal-times.csv | - | 2000 | 0.4 | 23
+    compliance-cm2-per-dyne.csv | - | 3000 | 0.2 | 26
 ";
 
 /// Files that are refused without a word, and what is said.
@@ -39,6 +48,7 @@ const ASKED: &str = r"
     c06-rheocompass-two-intervals.csv | 2 segments could be meant & `segment`
     c08b-two-temperatures-logged-frequencies.csv | 2 segments & 25.0 °C & 40.0 °C & `segment`
     freq-per-second.csv | Hz or rad/s & `units`
+    labels-above-pairs.csv | 2 segments could be meant & 600 & 1200 & `segment` & `columns`
     strain-in-percent-unnamed.csv | column Strain & up to 5 & `units` strain=% or strain=1
 ";
 
@@ -125,5 +135,45 @@ fn public_files_are_taken_apart() {
         let found = Reader::default().segments(&table).expect(&name);
         assert_eq!(found.len().to_string(), segments, "{name}");
         assert_eq!(found[0].rows.to_string(), rows, "{name}");
+    }
+}
+
+/// Contacts to be found in a curve by separation, and in one with adhesion; V and order, place in mm, and what is said.
+#[test]
+fn a_contact_is_found_and_what_shrinks_is_left_out_aloud() {
+    for [name, options, radius, viscosity, contact_mm, said] in testkit::table(
+        r"
+        afm-separation.txt | columns position=tipSampleSeparation,force=vDeflection,time=seriesTime | 5e-6 | 3000 | -0.01 | 25 samples with a depth below 0
+        contact-with-retraction.csv | - | 5e-3 | 3003 | 0.1009 | the contact shrinks from 13 s on: 24 samples of 165 are left out
+        ",
+    ) {
+        let number = |cell: &str| -> f64 { cell.parse().expect("a number") };
+        let loading = Loading {
+            radius_m: Some(number(&radius)),
+            ..Loading::new(LoadingKind::Sphere)
+        };
+        let details = TableDetails {
+            loading,
+            loading_is_told: true,
+            contact: ContactPoint::Fitted,
+            ..TableDetails::default()
+        };
+        let columns = reader(&options).read(read_table(&bytes(&name)).expect(&name));
+        let record = details.record(columns.expect(&name)).expect(&name).record;
+        let found = one(&record, candidate("spring-pot"));
+        let values = &found.fits[0].parameters;
+        assert_relative(&name, values[0].value, number(&viscosity), 5e-3);
+        assert_close(&name, values[1].value, 0.2, 1e-3);
+        assert_relative(
+            &name,
+            1e3 * found.placement[0].value,
+            number(&contact_mm),
+            1e-2,
+        );
+        let is_said = found
+            .warnings
+            .iter()
+            .any(|warning| warning.starts_with(&said));
+        assert!(is_said, "{name}: {:?}", found.warnings);
     }
 }

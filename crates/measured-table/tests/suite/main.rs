@@ -1,0 +1,4 @@
+//! Tables by their public reading.
+
+mod shapes;
+mod units;

@@ -1,0 +1,75 @@
+//! Shapes of tables: names of rows, and curves side by side.
+
+use measured_table::{Choice, Column, Columns, Reader, TableError, read_record, read_table};
+
+/// All segments, or one, with columns by name.
+fn all(text: &str, columns: &[(Column, &str)], segment: &str) -> Result<Vec<Columns>, TableError> {
+    let name = |place: &str| Choice::Name(place.to_owned());
+    let reader = Reader {
+        columns: columns.iter().map(|one| (one.0, name(one.1))).collect(),
+        segments: segment.split_whitespace().map(str::to_owned).collect(),
+        ..Reader::default()
+    };
+    reader.read_all(&read_table(text.as_bytes())?)
+}
+
+/// Tables whose rows have a name in front, as R writes them, and whether they are read; time 1, 3, 5 and modulus 9, 8, 7.
+const NAMED: &str = r#"
+read | "time_s" "modulus_pa"\n"1" 1 9\n"2" 3 8\n"3" 5 7
+read | time_s\tmodulus_pa\n1\t1\t9\n2\t3\t8\n3\t5\t7
+read | time_s\tmodulus_pa\n\t1\t9\n\t3\t8\n\t5\t7
+read | time_s,modulus_pa\na,1,9\nb,3,8\nc,5,7
+refused | time_s,modulus_pa\n1,1,9\n2,3,8\n3,5,7
+refused | time_s modulus_pa\n2 1 9\n4 3 8\n6 5 7
+"#;
+
+#[test]
+fn names_of_rows_are_no_column() {
+    for row in NAMED.trim().lines() {
+        let (verdict, text) = row.split_once(" | ").expect("a verdict");
+        let text = text.replace("\\n", "\n").replace("\\t", "\t");
+        let read = all(&text, &[], "");
+        assert_eq!(read.is_ok(), verdict == "read", "{text}: {read:?}");
+        for columns in read.into_iter().flatten() {
+            assert_eq!(columns.values[0].2, [1.0, 3.0, 5.0], "{text}");
+            assert_eq!(columns.values[1].2, [9.0, 8.0, 7.0], "{text}");
+            let notes = columns.notes.concat();
+            assert!(notes.contains("as their own name"), "{text}: {notes}");
+        }
+    }
+}
+
+#[test]
+fn curves_side_by_side_are_segments() {
+    let text = "600,,1200,\nX,Y,X,Y\n1,9,2,5\n3,8,4,6\n5,7,,\n";
+    let chosen = [(Column::Time, "X"), (Column::Modulus, "Y")];
+    for (segment, rows, last) in [("1200", 2, 6.0), ("2", 2, 6.0), ("600", 3, 7.0)] {
+        let read = all(text, &chosen, segment).expect(segment);
+        let moduli = &read[0].values[1].2;
+        assert_eq!((moduli.len(), moduli[rows - 1]), (rows, last), "{segment}");
+    }
+    let asked = all(text, &chosen, "").expect_err("two").to_string();
+    assert!(
+        asked.contains("2 segments could be meant, 1 \"600, columns 1 to 2\""),
+        "{asked}"
+    );
+    // Columns by name alone stay one table.
+    let named = read_record(text.as_bytes(), ["", "X"]).expect_err("two names");
+    assert!(
+        named
+            .to_string()
+            .contains("more than one column is named X"),
+        "{named}"
+    );
+}
+
+#[test]
+fn bad_rows_may_be_left_out_where_that_helps() {
+    let message = |bad: &str| {
+        let rows = (1..30).map(|n| format!("{n},{}\n", 90 - n));
+        let text = format!("time_s,modulus_pa\n{}{bad}40,1\n", rows.collect::<String>());
+        all(&text, &[], "").expect_err(bad).to_string()
+    };
+    assert!(message("30,x\n").ends_with("or omit the row, or give `skip_bad_rows`"));
+    assert!(message("30,x\n31,x\n32,x\n33,x\n34,x\n").ends_with("or omit the row"));
+}
