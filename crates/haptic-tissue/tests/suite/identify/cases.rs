@@ -37,6 +37,8 @@ const CASES: &str = r"
     log-axes.csv | columns time=1,modulus=2 | 3000 | 0.2 | 15
     r-write-table.txt | - | 734.57 | 0.2 | 5
     leading-tab.txt | columns omega=1,storage=4,loss=8 | 1082.2 | 0.25 | 3
+    loss-and-tangent.csv | - | 1082.37 | 0.25 | 4
+    two-moduli.csv | - | 1082.39 | 0.25 | 4
     storage-by-words.csv | - | 1215.5 | 0.25 | 4
     time-in-days.csv | - | 3000 | 0.2 | 26
     creep-equal-times.csv | - | 2000 | 0.4 | 23
