@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fractional_haptics import log, session
+from fractional_haptics import experiment, log, session
 from test_signals import HOST_CLI, Device
 
 WALLS = [
@@ -182,6 +182,34 @@ def test_a_board_is_armed_once_and_no_wall_begins_soft(tmp_path_factory) -> None
         assert table["applied_force_n"].min() < -0.2 and table["applied_force_n"].iloc[-1] == 0.0
     finally:
         board.ends()
+
+
+@on_emulated
+def test_a_motor_that_gives_half_its_newtons_is_found_on_a_scale(tmp_path_factory) -> None:
+    folder = tmp_path_factory.mktemp("s")
+    board = Device(folder, "--kind own --device-model laboratory motor_gain=0.5 specimen=spring")
+    model = folder / "device.toml"
+    model.write_text("[device]\nmass_kg = 0.13\ndamping_n_s_per_m = 7.0\n")
+    held = [0.0]
+    heard: list[str] = []
+
+    def read(words: str, force_n: float | None) -> float | None:
+        heard.append(words)
+        if force_n is None:
+            return None
+        # 50 mN of friction are missing on the way up, and too much on the way down; a scale shows grams.
+        friction_n = 0.05 if force_n > held[-1] else -0.05
+        held.append(force_n)
+        return round((0.5 * force_n - friction_n) / 9.80665, 3) * 9.80665
+
+    try:
+        calibrated = experiment.calibrate(read, device=f"tcp:127.0.0.1:{board.port}", device_model=str(model), **BUSY)
+    finally:
+        board.ends()
+    factor = calibrated["motor_factor"]
+    assert factor["low"] < 0.5 < factor["high"] < factor["low"] + 0.1
+    assert len(held) == 6 and len(heard) > 5
+    assert "motor_factor" in calibrated["device_file"] and "mass_kg" in calibrated["device_file"]
 
 
 @on_emulated

@@ -139,6 +139,23 @@ fn pair(pole: Complex<f64>) -> (Vec<f64>, Vec<f64>) {
     )
 }
 
+/// Poles of the plant. Those at rest are 0 itself: how many they are is told by what A and A² do not move, as rounding leaves of a double
+/// one a pair of some 1e-8, which grows or falls.
+fn poles(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
+    let mut poles: Vec<Complex<f64>> = fracdiff::eigenvalues(a.as_slice(), a.nrows());
+    let at_rest = |a: &DMatrix<f64>| {
+        let sizes = a.singular_values();
+        let least = 1e-14 * sizes.max();
+        sizes.iter().filter(|size| **size <= least).count()
+    };
+    let rests = usize::max(at_rest(a), at_rest(&(a * a)));
+    poles.sort_by(|one, other| one.norm().total_cmp(&other.norm()));
+    for pole in poles.iter_mut().take(rests) {
+        *pole = Complex::new(0.0, 0.0);
+    }
+    poles
+}
+
 /// The polynomials of a sampled plant.
 #[derive(Clone, Debug)]
 pub(crate) struct Sampled {
@@ -155,7 +172,7 @@ impl Sampled {
             why,
         };
         let (mut denominator, mut in_v) = (vec![1.0], vec![1.0]);
-        for pole in fracdiff::eigenvalues(a.as_slice(), a.nrows()) {
+        for pole in poles(a) {
             let (sampled, sampled_in_v) = if pole.im == 0.0 {
                 single(pole.re)
             } else if pole.im > 0.0 {

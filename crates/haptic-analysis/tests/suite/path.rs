@@ -5,6 +5,7 @@ use fracdiff::Order;
 use haptic_analysis::{
     Dynamics, ForcePath, SampledLoop, SampledPlant, SampledWall, StabilityRegion,
 };
+use nalgebra::DMatrix;
 use num_complex::Complex;
 use std::f64::consts::PI;
 use testkit::operator::{operator, path};
@@ -178,6 +179,64 @@ fn a_plant_of_four_states_is_judged_as_its_eigenvalues_say() {
         stable += usize::from(verdict.stable);
     }
     assert!(stable > 40 && stable < 190, "{stable}");
+}
+
+/// The series elastic actuator of the guide under a damper alone: two poles at rest, of which rounding makes a pair beside 1.
+#[test]
+fn a_law_without_a_spring_drifts_on_an_actuator_that_rests_anywhere_and_is_judged_as_its_motion_is()
+{
+    #[rustfmt::skip]
+    let a = [
+        0.0,             1.0, 0.0,            0.0,
+        -400.0 / 0.3,    0.0, 400.0 / 0.3,    0.0,
+        80.0,            0.0, -80.0,          4.0,
+        400.0,           0.0, -400.0,         0.0,
+    ];
+    let (input, output) = ([0.0, 0.0, 0.2, 1.0], [1.0, 0.0, 0.0, 0.0]);
+    let operator = operator("grunwald:2", 1.0);
+    let mut stable = 0;
+    for t in [1e-4, 1e-3, 1e-2] {
+        let plant = SampledPlant::linear(&a, &input, &output, t, 1.0, path(0.0, 0.0));
+        let plant = plant.expect("in range");
+        // x and the force, held over a sample.
+        let mut held = DMatrix::zeros(5, 5);
+        for (row, &driven) in input.iter().enumerate() {
+            for column in 0..4 {
+                held[(row, column)] = t * a[4 * row + column];
+            }
+            held[(row, 4)] = t * driven;
+        }
+        let mut term = DMatrix::identity(5, 5);
+        let mut sum = term.clone();
+        for k in 1..80 {
+            term = &term * &held / f64::from(k);
+            sum += &term;
+        }
+        let held = sum;
+        for damping in [0.5, 5.0, 50.0, 500.0, 1500.0, 2000.0, 2500.0, 5000.0] {
+            let subject = SampledLoop::with_plant(plant, 0.0, damping * t, &operator);
+            let subject = subject.expect("in range");
+            assert!(subject.drifts(), "{t} s, {damping} N·s/m");
+            // x and the position before: f = −B·(y − y₋₁)/T.
+            let moved = DMatrix::from_fn(5, 5, |row, column| match (row, column) {
+                (4, column) => f64::from(u8::from(column == 0)),
+                (row, 4) => held[(row, 4)] * damping / t,
+                (row, 0) => held[(row, 0)] - held[(row, 4)] * damping / t,
+                (row, column) => held[(row, column)],
+            });
+            let mut poles: Vec<_> = moved.complex_eigenvalues().iter().copied().collect();
+            poles.sort_by(|one, other| (one - 1.0).norm().total_cmp(&(other - 1.0).norm()));
+            let radius = (poles.iter().skip(1)).fold(0.0, |most, z| f64::max(most, z.norm()));
+            let verdict = subject.beside_rest().verdict();
+            assert_eq!(
+                verdict.stable,
+                radius < 1.0,
+                "{t} s, {damping} N·s/m: {radius}"
+            );
+            stable += usize::from(verdict.stable);
+        }
+    }
+    assert_eq!(stable, 11);
 }
 
 #[test]

@@ -262,7 +262,7 @@ impl WallLoop {
             "stable": verdict.stable,
             "stable_reason": match (verdict.unstable_poles, drifts) {
                 (None, _) => Some("on the boundary"),
-                (_, true) => Some("without a spring the device stays where it is left"),
+                (Some(0), true) => Some("without a spring the device stays where it is left"),
                 _ => None,
             },
             "drifts": drifts,
