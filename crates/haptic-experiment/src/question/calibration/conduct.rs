@@ -230,14 +230,16 @@ impl<V: Axis> Handle<'_, V> {
         for sine in 0..SINES {
             let mut sums = [Complex::<f64>::default(); 2];
             for tick in 0..ticks as u64 {
-                let turn = Complex::from_polar(1.0, -TAU / ticks * tick as f64);
+                let (sin, cos) = libm::sincos(TAU / ticks * tick as f64);
+                let turn = Complex::new(cos, -sin);
                 let (position_m, seen) = self.tick(-0.5 * about_n * turn.im)?;
                 // The sensor shows the force on the device, which is against that on the instrument.
                 sums = [sums[0] + turn * position_m, sums[1] - turn * seen.sensed_n];
             }
             let [place, sensed] = sums;
+            let behind = sensed / place;
             // Half an amplitude for each tick; the tangent of a low pass of first order grows as its lag.
-            let lag_s = -libm::tan((sensed / place).arg()) * ticks * t / TAU;
+            let lag_s = -behind.im / behind.re * ticks * t / TAU;
             if !(lag_s.is_finite() && place.norm() > 0.5 * SWINGS_M * ticks) {
                 return Ok(None);
             }
