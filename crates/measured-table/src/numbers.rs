@@ -106,7 +106,7 @@ struct Piece<'a> {
 /// A strain above it, without a unit, may be in per cent.
 const STRAIN_PLAIN: f64 = 1.0;
 
-/// A logarithm beyond it is none.
+/// Largest logarithm that is believed.
 const MOST_POWER: f64 = 30.0;
 
 fn is_clock(column: Column) -> bool {

@@ -131,7 +131,7 @@ impl Dimension {
     }
 }
 
-/// How two spellings are compared.
+/// Comparison of two spellings.
 type Alike = fn(&str, &str) -> bool;
 
 /// The unit of a suffix as in `modulus_kpa`, where all is lower case.
@@ -145,7 +145,7 @@ pub(super) fn of_suffix(suffix: &str) -> String {
     }
 }
 
-/// Why a unit can be none.
+/// Reason for which a unit has no size.
 pub(super) fn refused(unit: &str) -> Option<&'static str> {
     let plain = plain(unit).to_lowercase();
     let rows = rows(include_str!("units-refused.txt")).filter_map(|row| row.split_once(" | "));

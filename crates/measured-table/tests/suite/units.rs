@@ -65,7 +65,7 @@ fn every_spelling_has_its_size() {
             let (unit, size) = unit.rsplit_once(' ').expect("a size");
             let columns = assert_size(&format!("{name} [{unit}]"), size);
             if unit.parse::<f64>().is_err() {
-                // The same as the unit of a line of its own.
+                // A line of its own says as much.
                 let below = read(&format!("{name};Phase\n{unit};rad")).expect(unit);
                 assert_eq!(below.values[0].2, columns.values[0].2, "{unit}");
             }
