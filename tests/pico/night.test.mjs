@@ -326,8 +326,8 @@ test('the first hour as the guide prints it, on a slide that rubs and has a load
   t.diagnostic(held.err);
   assert.equal(held.code, 1, held.err);
   // What it asks for, then back: two fingers hold half a newton beside the friction.
-  const [, limit, rate] = held.err.match(/began to move at 3\d\d(?:\.\d)? mN, .* give --force-limit (\S+), and the device more than its own limit of 500 mN and a rate of (\S+) N\/s/);
-  await step(`device set force_limit=${limit}N force_rate_limit=${rate}`, 0, /loosened/);
+  const [, limit, own, rate] = held.err.match(/began to move at 3\d\d(?:\.\d)? mN, .* give --force-limit (\S+), and the device (\S+) N instead of its own 500 mN, and (\S+) N\/s/);
+  await step(`device set force_limit=${own}N force_rate_limit=${rate}`, 0, /loosened/);
   await step(`device measure --force-limit ${limit}N ${measure}`, 0, /friction/);
   await step('device set force_limit=0.8N force_rate_limit=20N/s', 0, /800 mN/);
   const found = Number(readFileSync(join(board.folder, 'device.toml'), 'utf8').match(/^friction_n = (.*)$/m)[1]);

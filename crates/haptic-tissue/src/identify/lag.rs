@@ -113,7 +113,12 @@ fn open(record: &Record, late: &Record, lag_s: f64, model: &Model) -> Vec<Vec<f6
         let strain = record.first[range.clone()].iter();
         let strain = strain.map(|strain| map.map_or(*strain, |map| map.at(*strain)));
         let (times, strain) = (&record.x[range], strain.collect::<Vec<f64>>());
-        lagging(times, &model.stress(times, &strain), lag_s)
+        let mut stress = model.stress(times, &strain);
+        // Of a damper it is infinite at a step, as of a handle that begins a count deep: no sample of that instant is compared.
+        for stress in stress.iter_mut().filter(|stress| !stress.is_finite()) {
+            *stress = 0.0;
+        }
+        lagging(times, &stress, lag_s)
     });
     let square = late.second.iter().map(|x| x * x).sum::<f64>() / late.second.len() as f64;
     // At least the accuracy of any record.
@@ -275,6 +280,29 @@ mod tests {
                 );
                 assert!(ends.1 - ends.0 < 0.02 * truth, "{case}: {estimate:?}");
             }
+        }
+    }
+
+    /// A damper's stress at the step of a count with which a handle begins is infinite, which once made a search endless.
+    #[test]
+    fn a_damper_that_begins_a_count_deep_is_found_behind_a_lag() {
+        let [times, mut strain, _] = pressed(1);
+        strain
+            .iter_mut()
+            .for_each(|strain| *strain = strain.max(8e-4));
+        let model = Model::from_parameters(ModelKind::KelvinVoigt, &[1e4, 100.0]).expect("a model");
+        let mut stress = model.stress(&times, &strain);
+        stress[0] = 0.0;
+        let record = Record::history(times, strain, stress).expect("valid");
+        let record = record.with_doubts(Vec::new(), Some([0.0, 2e-3]), None);
+        let options = Options {
+            chosen: Some(ModelKind::KelvinVoigt),
+            ..Options::default()
+        };
+        let found = identify(&record, &options, &|_| ()).expect("a fit");
+        for (estimate, truth) in found.fits[0].parameters.iter().zip([1e4, 100.0]) {
+            // What a lag may do is left open.
+            assert!((estimate.value / truth - 1.0).abs() < 0.05, "{estimate:?}");
         }
     }
 

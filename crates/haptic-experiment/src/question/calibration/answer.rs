@@ -163,11 +163,18 @@ impl Calibrator {
             // In newtons of the sensor.
             let own = Estimate::about(1.0 / (slope.value * was.value), 0.0);
             known.insert(SENSOR_OFFSET.key, offset_n.times(own));
-            known.extend(found.lag_s.map(|lag_s| (SENSOR_LAG.key, lag_s)));
-            if found.lag_s.is_none() && self.weight_n.is_none() {
-                warn(
-                    "no lag of the force sensor: the handle hardly moved, which a softer instrument, or more force, shows",
-                );
+            // No sensor leads its force: an instrument that damps or slips does.
+            let lag_s = found.lag_s.filter(|lag_s| lag_s.high >= 0.0);
+            known.extend(lag_s.map(|lag_s| (SENSOR_LAG.key, lag_s)));
+            if lag_s.is_none() && self.weight_n.is_none() {
+                warn(match found.lag_s {
+                    None => {
+                        "no lag of the force sensor: the handle hardly moved, which a softer instrument, or more force, shows"
+                    }
+                    Some(_) => {
+                        "no lag of the force sensor: the instrument damps the handle more than it springs, as a hand does; a scale or a spring shows it"
+                    }
+                });
             }
         }
         calibration.factors()?;

@@ -59,6 +59,6 @@ pub(super) fn line(points: &[Point], step_n: f64, falls: &str) -> Result<[Estima
         return Ok([slope, about(1)]);
     }
     Err(Failure::bad_input(format_args!(
-        "the readings tell no factor (within ±{TELLS}): read forces that differ more, with a larger {MEASURE_FORCE_LIMIT} where friction hides them, or on a finer instrument",
+        "the readings tell no factor (within ±{TELLS}): read forces that differ more, with a larger {MEASURE_FORCE_LIMIT} and force limit of the device where friction hides them, or on a finer instrument",
     )))
 }

@@ -238,17 +238,21 @@ impl MeasurePlan {
 
     /// Words for a force, N, that the limits of the device itself do not allow.
     fn own_limit_too(&self, force_n: f64) -> String {
-        let own = written("force_n", self.own.force_n);
-        let least = two_digits_up(Self::RATE_PER_S * force_n);
-        let [least, rate] =
-            [least, self.own.force_rate_n_per_s].map(|rate| written("force_rate_n_per_s", rate));
-        let force = format!("more than its own limit of {own}");
-        let rate = format!("a rate of {least} instead of its own {rate}");
+        let more = |key, least: f64, own: f64| {
+            let [least, own] = [two_digits_up(least), own].map(|value| written(key, value));
+            format!("{least} instead of its own {own}")
+        };
+        let force = more("force_n", force_n, self.own.force_n);
+        let rate = more(
+            "force_rate_n_per_s",
+            Self::RATE_PER_S * force_n,
+            self.own.force_rate_n_per_s,
+        );
         let own = match (force_n > self.own.force_n, self.is_too_slow(force_n)) {
             (false, false) => return String::new(),
             (true, false) => force,
             (false, true) => rate,
-            (true, true) => format!("{force} and {rate}"),
+            (true, true) => format!("{force}, and {rate}"),
         };
         format!(", and the device {own} (`host-cli device set`)")
     }

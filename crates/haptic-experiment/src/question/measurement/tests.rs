@@ -419,13 +419,9 @@ fn what_friction_holds_is_told_the_friction_and_a_force_that_moves_it() {
         (
             0.35,
             none.force_rate_n_per_s,
-            "more than its own limit of 350 mN",
+            "1.1 N instead of its own 350 mN",
         ),
-        (
-            none.force_n,
-            20.0,
-            "a rate of 120 N/s instead of its own 20 N/s",
-        ),
+        (none.force_n, 20.0, "120 N/s instead of its own 20 N/s"),
         (none.force_n, 120.0, ""),
     ] {
         let told = driven(OwnLimits {
