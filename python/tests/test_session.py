@@ -203,7 +203,7 @@ def test_a_motor_that_gives_half_its_newtons_is_found_on_a_scale(tmp_path_factor
         return round((0.5 * force_n - friction_n) / 9.80665, 3) * 9.80665
 
     try:
-        calibrated = experiment.calibrate(read, device=f"tcp:127.0.0.1:{board.port}", device_model=str(model), **BUSY)
+        calibrated = experiment.calibrate(read, device=f"tcp:127.0.0.1:{board.port}", device_model=str(model), watchdog_s=1.0, max_age_ticks=1000)
     finally:
         board.ends()
     factor = calibrated["motor_factor"]
