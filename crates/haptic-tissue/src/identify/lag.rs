@@ -122,7 +122,7 @@ fn open(record: &Record, late: &Record, lag_s: f64, model: &Model) -> Vec<Vec<f6
     });
     let square = late.second.iter().map(|x| x * x).sum::<f64>() / late.second.len() as f64;
     // At least the accuracy of any record.
-    let size = OPEN / white_noise(&late.second).max(EXACT * libm::sqrt(square));
+    let size = OPEN / sensor_noise(&late.second).max(EXACT * libm::sqrt(square));
     let columns = (1..=TAPS).map(|tap| {
         let before = each_motion(late, |range| {
             earlier(&late.x[range.clone()], &shown[range], f64::from(tap) * STEP)
@@ -199,6 +199,25 @@ fn earlier(time_s: &[f64], values: &[f64], by_s: f64) -> Vec<f64> {
         values[next - 1] + share * (values[next] - values[next - 1])
     });
     all.collect()
+}
+
+/// [`white_noise`] of a sensor, and at least q/√12 of one that shows steps q: it may show the same for most of a hold. Steps are seen where values
+/// are few, a quarter of the samples at most.
+#[must_use]
+pub fn sensor_noise(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let range = sorted.last().zip(sorted.first());
+    let range = range.map_or(0.0, |(last, first)| last - first);
+    // Single precision spreads one value over some.
+    let steps =
+        (sorted.windows(2).map(|pair| pair[1] - pair[0])).filter(|step| *step > 1e-6 * range);
+    let (count, least) = steps.fold((1, f64::INFINITY), |(count, least), step| {
+        (count + 1, step.min(least))
+    });
+    let is_stepped = least.is_finite() && 4 * count <= values.len();
+    let step = if is_stepped { least } else { 0.0 };
+    white_noise(values).max(step / libm::sqrt(12.0))
 }
 
 /// Standard deviation of white noise about a smooth curve, by the median of |x₋ − 2x + x₊|, whose σ is √6 times as large: of a normal
@@ -304,6 +323,27 @@ mod tests {
             // What a lag may do is left open.
             assert!((estimate.value / truth - 1.0).abs() < 0.05, "{estimate:?}");
         }
+    }
+
+    /// A cell of 12 bits over 40 N under a hold: most of its differences are 0.
+    #[test]
+    fn a_sensor_that_shows_steps_has_their_noise_at_least() {
+        let step = 40.0 / 4096.0;
+        let held = |noise: f64| {
+            let mut random = testkit::Random(3);
+            let all = (0..3000).map(|n| {
+                let force = 0.5 - 0.2 * libm::exp(-1e-3 * f64::from(n));
+                let noise = noise * (0..12).map(|_| random.between(-0.5, 0.5)).sum::<f64>();
+                f64::from((((force + noise) / step).round() * step) as f32)
+            });
+            sensor_noise(&all.collect::<Vec<f64>>())
+        };
+        let least = step / libm::sqrt(12.0);
+        assert!((held(1e-4) / least - 1.0).abs() < 1e-3, "{}", held(1e-4));
+        assert!((held(0.1) / 0.1 - 1.0).abs() < 0.1, "{}", held(0.1));
+        // Nothing is stepped where all values differ.
+        let smooth: Vec<f64> = (0..100).map(|n| libm::sin(0.1 * f64::from(n))).collect();
+        assert!((sensor_noise(&smooth) - white_noise(&smooth)).abs() <= 0.0);
     }
 
     /// min over d of |r + c·d|² + d² is |r|² − (c·r)²/(1 + |c|²).

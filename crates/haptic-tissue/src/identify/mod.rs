@@ -54,7 +54,7 @@ use candidates::read;
 pub use candidates::{Identification, relative};
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit, student};
-pub use lag::white_noise;
+pub use lag::{sensor_noise, white_noise};
 pub use master::{MasterCurve, Overlap, Shift, ShiftBy, ShiftLaw, master_curve};
 pub use options::{HeldParameter, Options};
 pub use record::{Baseline, ContactPoint, Record, RecordKind, SAMPLES_MOST};

@@ -19,7 +19,7 @@ use crate::experiment::kind::Experiment as _;
 use crate::run::sensor_offset::OFFSET_SAMPLES;
 use crate::run::tick::KeptSample;
 use haptic_quantity::written;
-use haptic_tissue::identify::{Record, white_noise};
+use haptic_tissue::identify::{Record, sensor_noise, white_noise};
 use measured_table::{Column, Columns};
 
 /// Share of the largest force by which the zero of a sensor may have moved.
@@ -118,6 +118,14 @@ impl PressRecord {
                 && before.fold(0.0, |far: f64, place| far.max(*place)) > self.depth_m[n] + back_m
         });
         left.map(|n| n - LATE)
+    }
+
+    /// Noise of the force, N.
+    pub(super) fn noise_n(&self) -> f64 {
+        match self.is_sensed {
+            true => sensor_noise(&self.force_n),
+            false => white_noise(&self.force_n),
+        }
     }
 
     /// Largest force on the specimen but for its noise, N.
@@ -252,7 +260,7 @@ impl Press {
         }
         let ramp = (record.time_s.iter()).take_while(|time_s| !self.path.at(**time_s).held);
         record.ramp_samples = ramp.count();
-        let mut noise_n = white_noise(&record.force_n).max(EXACT * record.peak_n());
+        let mut noise_n = record.noise_n().max(EXACT * record.peak_n());
         if is_sensed {
             // Both zeros are means of readings with its noise, and behind the press friction may hold the handle in the specimen.
             let mean = 1.0 / f64::from(OFFSET_SAMPLES).sqrt();

@@ -14,7 +14,6 @@ use crate::run::remote::device_name;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use haptic_quantity::written;
-use haptic_tissue::identify::white_noise;
 use serde_json::json;
 
 /// A modulus below so many times the smallest one that can be told is hidden.
@@ -41,7 +40,7 @@ impl Press {
         });
         let deepest_m = record.depth_m.iter().copied().fold(0.0, f64::max);
         let peak_n = record.peak_n();
-        let noise_n = white_noise(force_n);
+        let noise_n = record.noise_n();
         let hiding_n = match record.is_sensed {
             true => 2.0 * noise_n,
             false => 2.0 * noise_n + self.device.friction.0,

@@ -129,6 +129,7 @@ fn log(reader: &Reader, path: &Path, loading: &Loading) -> Result<LogRecord, Fai
 fn loading_of(experiment: &ExperimentFile, reading: &mut TableDetails) -> Option<String> {
     let unsaid = TableDetails {
         kind: reading.kind,
+        subtract_start: reading.subtract_start,
         strain: reading.strain,
         stress_pa: reading.stress_pa,
         ..TableDetails::default()
