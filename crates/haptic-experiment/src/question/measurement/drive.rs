@@ -178,24 +178,19 @@ impl Outcome {
                 format!("the measurement ended in a fault, and the force is zero: {fault}")
             }
             Self::Blocked(None) => format!(
-                "the device does not move under {force}, and the force is zero: free it, or give {}{}",
-                set_force(2.0 * plan.force_n()),
-                plan.own_limit_too(2.0 * plan.force_n())
+                "the device does not move under {force}, and the force is zero: free it, or give {}",
+                plan.asked_for(2.0 * plan.force_n())
             ),
             Self::Blocked(Some(friction_n)) => {
                 let needed_n = MeasurePlan::KEEPS_MOVING * friction_n;
                 // Friction of the next run may be a few per cent more, which must not ask again.
                 let given_n = 1.1 * needed_n;
-                let limits = plan.own_limit_too(given_n);
-                let remedy = match plan.is_too_slow(given_n) && given_n <= plan.force_n() {
-                    true => format!("give{}", limits.trim_start_matches(", and")),
-                    false => format!("give {}{limits}", set_force(given_n)),
-                };
                 format!(
                     "friction holds the device, and the force is zero: it began to move at {}, but up to {force} hardly keep it moving, \
-                     which takes {}: {remedy}",
+                     which takes {}: give {}",
                     in_newtons(friction_n),
                     in_newtons(needed_n),
+                    plan.asked_for(given_n)
                 )
             }
             Self::Against(force_n) => format!(
@@ -231,30 +226,28 @@ impl MeasurePlan {
             .err()
     }
 
-    /// True if the device itself changes its force too slowly for a multi-sine of this one, N.
-    fn is_too_slow(&self, force_n: f64) -> bool {
-        self.own.force_rate_n_per_s < Self::RATE_PER_S * force_n
-    }
-
-    /// Words for a force, N, that the limits of the device itself do not allow.
-    fn own_limit_too(&self, force_n: f64) -> String {
+    /// Limits that a multi-sine of this force, N, asks for: that of the measurement, if it has less, and those of the device itself.
+    fn asked_for(&self, force_n: f64) -> String {
         let more = |key, least: f64, own: f64| {
-            let [least, own] = [two_digits_up(least), own].map(|value| written(key, value));
-            format!("{least} instead of its own {own}")
+            let [shown, set] = [two_digits_up(least), own].map(|value| written(key, value));
+            (least > own).then(|| format!("{shown} instead of its own {set}"))
         };
-        let force = more("force_n", force_n, self.own.force_n);
-        let rate = more(
-            "force_rate_n_per_s",
-            Self::RATE_PER_S * force_n,
-            self.own.force_rate_n_per_s,
-        );
-        let own = match (force_n > self.own.force_n, self.is_too_slow(force_n)) {
-            (false, false) => return String::new(),
-            (true, false) => force,
-            (false, true) => rate,
-            (true, true) => format!("{force}, and {rate}"),
-        };
-        format!(", and the device {own} (`host-cli device set`)")
+        let own = [
+            more("force_n", force_n, self.own.force_n),
+            more(
+                "force_rate_n_per_s",
+                Self::RATE_PER_S * force_n,
+                self.own.force_rate_n_per_s,
+            ),
+        ];
+        let own: Vec<String> = own.into_iter().flatten().collect();
+        let device = (!own.is_empty())
+            .then(|| format!("the device {} (`host-cli device set`)", own.join(", and ")));
+        // Where the device alone is too slow, the measurement has the force.
+        let is_enough = force_n <= self.force_n() && device.is_some();
+        let limit = (!is_enough).then(|| set_force(force_n));
+        let all: Vec<String> = limit.into_iter().chain(device).collect();
+        all.join(", and ")
     }
 }
 
