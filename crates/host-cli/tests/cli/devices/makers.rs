@@ -402,14 +402,19 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
-    // A byte in 1000, of 19 a tick: one is lost within some 50 ticks, in the run or while it is opened.
+    // A byte in 1000, of 19 a tick: one is lost within some 50 ticks. How many go by while the line is opened and the board armed
+    // depends on the machine, so it may be lost there: the device then refuses to be armed, and nothing was pushed.
     let mut emulated = board("drop=0.1%");
     let ended = emulated.place.run(RELAX);
     let ended = ended.failed(3);
-    if emulated.place.path("run/relax.mcap").exists() {
+    let armed = !ended.stderr.contains("the device refused \"arm\"");
+    if emulated.place.path("run/relax.mcap").exists() && armed {
         assert!(ended.stderr.contains("a byte was lost"), "{ended}");
     } else {
         println!("lost before the run began");
+        if !ended.stdout.is_empty() {
+            assert_eq!(number(&ended.json(), "peak_force_n"), 0.0, "{ended}");
+        }
     }
     let message = emulated.ends();
     // The zeros that end it may have lost bytes too: next to nothing then, and never what was there before.
