@@ -263,7 +263,7 @@ fn tried<'a>(
     }
     if is_rendered {
         let numbers = candidate.parameters() + target.nuisance;
-        [fit.aic, fit.bic] = criteria(target.len(), 0.0, numbers);
+        [fit.aic, fit.bic] = criteria(target, 0.0, numbers);
     }
     Ok(Tried {
         fit,
@@ -282,7 +282,7 @@ fn without_rendering<'a>(
     candidate: Candidate,
     (best, fit): (&Best, &Fit),
 ) -> Option<(Target<'a>, Best)> {
-    if !record.has_steps() {
+    if !(record.is_own_log && record.has_steps()) {
         return None;
     }
     let (mut fit, mut closer) = (fit.clone(), best.clone());

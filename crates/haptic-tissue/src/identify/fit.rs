@@ -3,7 +3,7 @@
 use super::elements::{Candidate, number};
 use super::noise::independent;
 use super::search::Best;
-use super::target::{EXACT, Target};
+use super::target::Target;
 use crate::model::{Model, ModelError, ModelKind};
 use core::cmp::Ordering;
 use nalgebra::{DMatrix, DVector};
@@ -146,7 +146,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     let covariance = (certainty.spread.as_ref())
         .map(|spread| covariance(candidate, spread, certainty.variance, free, target.unit_s));
     let values = parameters(candidate, elements, target.unit_s);
-    let [aic, bic] = criteria(n, *sum, candidate.parameters() + target.nuisance);
+    let [aic, bic] = criteria(target, *sum, candidate.parameters() + target.nuisance);
     let fit = Fit {
         kind: candidate.kind(),
         parameters: estimates(
@@ -166,14 +166,15 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     (fit, certainty)
 }
 
-/// AIC and BIC of `n` residuals and `parameters` parameters, plus one for the noise.
-pub(super) fn criteria(n: usize, sum: f64, parameters: usize) -> [f64; 2] {
-    criteria_of(n, likelihood(n, sum), parameters)
+/// AIC and BIC of residuals that leave this sum of squares, and `parameters` parameters, plus one for the noise.
+pub(super) fn criteria(target: &Target<'_>, sum: f64, parameters: usize) -> [f64; 2] {
+    let n = target.len();
+    criteria_of(n, likelihood(n, sum, target.floor), parameters)
 }
 
-/// n·ln(S/n).
-pub(super) fn likelihood(n: usize, sum: f64) -> f64 {
-    n as f64 * libm::log((sum / n as f64).max(EXACT * EXACT))
+/// n·ln(S/n); an S/n below the square of this floor counts as that.
+pub(super) fn likelihood(n: usize, sum: f64, floor: f64) -> f64 {
+    n as f64 * libm::log((sum / n as f64).max(floor * floor))
 }
 
 /// AIC and BIC from n·ln(S/n), or from the deviance of correlated noise.

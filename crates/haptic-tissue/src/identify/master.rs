@@ -23,6 +23,7 @@
 use super::error::IdentifyError;
 use super::fit::{Estimate, likelihood, student};
 use super::record::{Record, RecordKind};
+use super::target::EXACT;
 use crate::identify::keys::{MASTER_CURVE, SHIFT_BY};
 use fracdiff::parameter::Shown;
 use nalgebra::{SMatrix, SVector};
@@ -570,7 +571,7 @@ fn law<const N: usize>(
         name,
         parameters: parameters.collect(),
         rms: libm::sqrt(sum / count as f64),
-        bic: likelihood(count, sum) + (N + 1) as f64 * libm::log(count as f64),
+        bic: likelihood(count, sum, EXACT) + (N + 1) as f64 * libm::log(count as f64),
     }
 }
 

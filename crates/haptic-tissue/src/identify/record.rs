@@ -126,6 +126,8 @@ pub struct Record {
     is_absolute: bool,
     /// Largest strain, if it is known.
     strain_to: Option<f64>,
+    /// True if it is a log of our own, whose samples a loop may have rendered.
+    pub(super) is_own_log: bool,
     /// Why the times of a motion are numbers of samples, if they are: only what has no memory is known then.
     pub(super) untimed: Option<String>,
     /// Sentences that a user should know.
@@ -614,6 +616,7 @@ impl Record {
             all.motions.extend(other.motions);
             all.strain_to = (all.strain_to.zip(other.strain_to)).map(|(a, b)| a.max(b));
             all.untimed = all.untimed.or(other.untimed);
+            all.is_own_log &= other.is_own_log;
             all.warnings.extend(other.warnings);
         }
         lengths(&all.x, &all.first, None)?;
@@ -649,6 +652,13 @@ impl Record {
         for values in all.into_iter().chain(&mut self.bounded) {
             *values = known.iter().map(|&n| values[n]).collect();
         }
+        self
+    }
+
+    /// As one of our own logs, in which a model may stand as a loop renders it: what sampling does to the model is then no misfit.
+    #[must_use]
+    pub const fn of_own_log(mut self) -> Self {
+        self.is_own_log = true;
         self
     }
 
@@ -814,6 +824,7 @@ impl Record {
             later: Vec::new(),
             is_absolute: false,
             strain_to: None,
+            is_own_log: false,
             untimed: None,
             warnings: Vec::new(),
         }

@@ -6,7 +6,8 @@
 //! time alone, and the first samples after a kink of the strain miss it by a tenth. That is no misfit of the model, and no further element
 //! may be bought with it; but how much it is depends on model, motion and sample time. So the fitted model itself is rendered, at
 //! parameters that may lie beside the fitted ones as far as J is straight. A creep is fitted once more to what the record is without the
-//! difference between the fitted model and its rendering, if that leaves a quarter of the squares.
+//! difference between the fitted model and its rendering, if that leaves a quarter of the squares. It is asked of our own logs alone: the
+//! records of others are evenly sampled too, and no loop made them.
 //!
 //! - *Cost*: some 100 multiply-adds for each sample and element, where a fit is near but not exact.
 //! - *Source*: C. Lubich, *Discretized fractional calculus*, SIAM Journal on Mathematical Analysis 17, 1986 (the error of the sums).
@@ -37,7 +38,7 @@ pub(super) fn is_rendered(
     fit: &Fit,
 ) -> bool {
     let left = libm::sqrt(best.sum / target.len() as f64);
-    if !(left > EXACT && left < NEAR) {
+    if !(record.is_own_log && left > EXACT && left < NEAR) {
         return false;
     }
     let Some(stresses) = rendered(record, fit) else {

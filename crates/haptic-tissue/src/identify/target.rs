@@ -32,9 +32,11 @@ fracdiff::enumerated! {
 /// Fewest points of a mapped motion from end to end of its range: the map deviates between them by 1e-6 of the largest value.
 const POINTS: usize = 1000;
 
-/// No force transducer is better than this share of its reading (ISO 376, class 00): a smaller residual does not justify another
-/// parameter.
+/// No force transducer is better than this share of its reading (ISO 376, class 00): a smaller residual of a motion, between whose samples
+/// the strain is not known, or of what a loop rendered, does not justify another parameter.
 pub(super) const EXACT: f64 = 5e-4;
+/// The same of moduli and compliances, whose noise is as small as it shows itself: what functions of time are calculated to.
+const CALCULATED: f64 = 1e-6;
 
 /// A record made ready for a fit.
 #[derive(Clone, Debug)]
@@ -57,6 +59,8 @@ pub(super) struct Target<'a> {
     pub(super) shift: f64,
     /// A sum of squares that counts as 0.
     pub(super) exact: f64,
+    /// Root of the mean square of a residual below which less of it decides nothing.
+    pub(super) floor: f64,
     /// Lengths of the series of residuals; each is independent of the next.
     lengths: Vec<usize>,
     /// The noise through whose filter the residuals go.
@@ -162,6 +166,7 @@ impl<'a> Target<'a> {
             nuisance: 0,
             shift: 0.0,
             exact: EXACT * EXACT * count,
+            floor: if record.is_own_log { EXACT } else { CALCULATED },
             lengths: vec![count as usize / parts; parts],
             noise: Autoregression::default(),
             stop,
@@ -215,6 +220,7 @@ impl<'a> Target<'a> {
             nuisance: record.nuisance.len(),
             shift: 0.0,
             exact: EXACT * EXACT * count,
+            floor: EXACT,
             lengths: samples.iter().map(compared).collect(),
             noise: Autoregression::default(),
             stop,

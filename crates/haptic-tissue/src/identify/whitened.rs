@@ -18,7 +18,7 @@
 use super::elements::Candidate;
 use super::fit::criteria_of;
 use super::search::{Best, polished};
-use super::target::{EXACT, Target};
+use super::target::Target;
 use fractional_control::autoregression::Autoregression;
 use spring_pots::Elements;
 
@@ -61,7 +61,7 @@ pub(super) fn through(
 
 fn by(noise: &Autoregression, candidate: Candidate, plain: &Target<'_>, best: &Best) -> [f64; 2] {
     let left = residuals(candidate, plain, &best.elements);
-    let deviance = noise.deviance(&plain.series(&left), EXACT);
+    let deviance = noise.deviance(&plain.series(&left), plain.floor);
     let numbers = candidate.parameters() + plain.nuisance;
     criteria_of(plain.len(), deviance, numbers + noise.order())
 }

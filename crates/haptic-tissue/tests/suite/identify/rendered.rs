@@ -1,10 +1,10 @@
 //! What the loop rendered is identified as what it was: its errors are those of sampling, no noise.
 
-use super::fit;
+use super::{fit, largest, normal};
 use fracdiff::Seconds;
 use haptic_tissue::identify::{Identification, Options, Record};
 use haptic_tissue::{FullHistory, Library, Model, ModelKind, SampledModel};
-use testkit::{assert_close, assert_relative, tissue::model};
+use testkit::{Random, assert_close, assert_relative, tissue::model};
 
 /// As `relax` imposes it: a ramp to 5 % in a second, then held until 4 s, of a tissue that is rendered at this sample time.
 fn rendered(tissue: &Model, sample_time_s: f64) -> Record {
@@ -24,7 +24,9 @@ fn relaxed(tissue: &Model, sample_time_s: f64, ramp_s: f64, duration_s: f64) -> 
     let (mut history, times) = at_rest(tissue, sample_time_s, count);
     let strains: Vec<f64> = times.iter().map(|t| 0.05 * (t / ramp_s).min(1.0)).collect();
     let stresses = strains.iter().map(|strain| history.step(*strain)).collect();
-    Record::history(times, strains, stresses).expect("valid")
+    Record::history(times, strains, stresses)
+        .expect("valid")
+        .of_own_log()
 }
 
 /// What these candidates make of a record, each of which has to have a minimum.
@@ -47,7 +49,9 @@ fn crept(tissue: &Model, sample_time_s: f64, count: usize) -> Record {
         strain
     });
     let strains = strains.collect();
-    Record::creep_under(times, strains, vec![100.0; count + 1]).expect("valid")
+    Record::creep_under(times, strains, vec![100.0; count + 1])
+        .expect("valid")
+        .of_own_log()
 }
 
 #[test]
@@ -76,6 +80,56 @@ fn rendered_creep_is_of_the_model_that_crept() {
         for (found, truth) in fit.parameters.iter().zip(parameters) {
             assert_relative(found.name, found.value, *truth, 0.02);
         }
+    }
+}
+
+/// An instrument that samples evenly renders nothing: 24 records of its creep, with noise of 1e-5 of the largest strain.
+#[test]
+fn evenly_sampled_creep_of_others_is_not_rendered() {
+    const NOISE: f64 = 1e-5;
+    for number in 0..24 {
+        let mut random = Random(number);
+        let order = random.between(0.3, 0.6);
+        let size = 10_f64.powf(random.between(3.0, 5.0));
+        let [second, third] =
+            [random.between(0.2, 2.0), random.between(0.1, 1.0)].map(|x| x * size);
+        let (kind, parameters) = match number % 4 {
+            0 => (
+                ModelKind::FractionalMaxwell,
+                vec![9.0 * size, 1.0, second, order],
+            ),
+            1 => (
+                ModelKind::FractionalZener,
+                vec![9.0 * size, 0.9, second, order, third],
+            ),
+            2 => (
+                ModelKind::FractionalKelvinVoigt,
+                vec![size, order, second, 0.1],
+            ),
+            _ => (
+                ModelKind::FractionalMaxwell,
+                vec![9.0 * size, 0.8, second, 0.1],
+            ),
+        };
+        let times: Vec<f64> = (1..=50).map(|n| 0.5 * f64::from(n)).collect();
+        let mut strains = model(kind, &parameters).creep_compliances(&times);
+        let (mut normal, most) = (normal(number), largest(&strains));
+        strains
+            .iter_mut()
+            .for_each(|strain| *strain += NOISE * most * normal());
+        let record = Record::creep_under(times, strains, vec![1.0; 50]).expect("valid");
+        let found = fit(&record, &Options::default());
+        let best = &found.fits[0];
+        let pairs = best.predicted.iter().zip(&found.measured);
+        let squares: f64 = pairs
+            .map(|(model, measured)| (model - measured).powi(2))
+            .sum();
+        let left = (squares / 50.0).sqrt() / most;
+        assert!(
+            left < 1.5 * NOISE,
+            "{number} {kind}: {left:e} of {}",
+            best.kind
+        );
     }
 }
 

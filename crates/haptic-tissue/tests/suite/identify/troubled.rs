@@ -217,3 +217,17 @@ fn slow_noise_buys_no_third_element() {
         assert!(ends.0 < truth && truth < ends.1, "{found:?}");
     }
 }
+
+/// A dashpot of 47 kPa·s in series with a spring-pot; the dashpot alone leaves a thousand times as much.
+#[test]
+fn creep_from_its_step_on_keeps_its_spring_pot() {
+    let Some(creep) = read(&["even-creep.csv"], Loading::new(LoadingKind::Shear)) else {
+        return;
+    };
+    let found = fitted(&creep, &haptic_tissue::identify::CANDIDATES, false);
+    let fit = &found.fits[0];
+    assert_eq!(fit.kind, ModelKind::FractionalMaxwell);
+    for (found, truth) in fit.parameters.iter().zip([47_000.0, 1.0, 18_000.0, 0.5]) {
+        assert_relative(found.name, found.value, truth, 0.01);
+    }
+}

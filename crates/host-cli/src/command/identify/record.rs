@@ -71,7 +71,12 @@ pub(super) fn read(
         reading.position_was_commanded = press.is_some();
         let made = |mut columns: Columns| {
             columns.notes.extend(loading.clone());
-            reading.record(columns)
+            let understood = reading.record(columns)?;
+            let record = understood.record.of_own_log();
+            Ok(Understood {
+                record,
+                ..understood
+            })
         };
         match press {
             None => made(read.columns()).map(|one| vec![one]),
