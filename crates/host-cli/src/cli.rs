@@ -135,7 +135,7 @@ enum Command {
     /// 2 encoder steps or 1 % of push/K, whichever is larger, and that of the force at most 5 % of
     /// the push or, if larger, the force that one encoder step causes (but at most 25 % of the
     /// push). The largest and the smallest force differ by at most the push. A wall whose force is
-    /// at its limit in more than 1 % of the samples is not stable, nor is one at which only
+    /// at its limit for more than 50 ms is not stable, nor is one at which only
     /// friction keeps the device at rest.
     ///
     /// criterion=dissertation judges only the position: pushed from rest, its standard deviation

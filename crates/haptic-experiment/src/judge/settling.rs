@@ -6,11 +6,12 @@
 //! std of the force    ≤ max(min((K + B·T^(−μ))·q, 25 % of the push), 5 % of the push)
 //!                                                (K + B·T^(−μ))·q: one encoder step through the law
 //! largest − least force ≤ the push
-//! force at its limit in more than 1 % of all samples: saturated, whatever the rest says
+//! force at its limit for more than 50 ms:  saturated, whatever the rest says
 //! ```
 //! - A buzzing wall moves a stiff device by little and its force by much, so both are judged. A threshold
 //!   for the position alone, like the dissertation's 0.1 mm, is half the deflection of a wall of 5 kN/m and
 //!   ten times that of one of 100 kN/m: a wall that buzzes against the force limit passes it.
+//! - *Saturated*: one impact may reach the limit; a share of the samples would allow a longer trial more of it.
 //! - *Untouched*: a wall that makes no force over the window proves nothing. Nobody may have pushed a real device.
 //! - *One encoder step* through the law is the least force that such a wall can change by, so a wall at
 //!   rest may vary by it; but by at most a quarter of the push. A wall whose own step is larger shakes the hand,
@@ -34,8 +35,8 @@ use crate::run::ending::{AT_LIMIT, Ending, MotorPush};
 use crate::run::tap::TappedLaw;
 use serde::Serialize;
 
-/// Share of the samples in which the force may be at its limit.
-const LIMITED_SHARE: f64 = 0.01;
+/// Time for which the force may be at its limit, s.
+const SATURATED_S: f64 = 0.05;
 
 /// By which rule a trial is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -73,8 +74,8 @@ pub(crate) struct Tolerance {
     force_std_n: Option<f64>,
     /// From the least to the largest force, N.
     force_range_n: Option<f64>,
-    /// Share of the samples at the force limit.
-    limited: Option<f64>,
+    /// Time at the force limit, s.
+    limited_s: Option<f64>,
 }
 
 /// Share of the deflection by which a position at rest may vary.
@@ -108,7 +109,7 @@ impl Tolerance {
                     position_std_m: held.then(|| (STEPS * step).max(POSITION_SHARE * deflection)),
                     force_std_n: Some(force_step.max(FORCE_SHARE * scales.push_n)),
                     force_range_n: Some(FORCE_RANGE_SHARE * scales.push_n),
-                    limited: Some(LIMITED_SHARE),
+                    limited_s: Some(SATURATED_S),
                 }
             }
         }
@@ -126,7 +127,7 @@ pub(crate) enum TrialVerdict {
     /// At rest, but perhaps only because friction holds the device: without friction it is not, or taps are too small beside friction to tell.
     HeldByFriction,
     Unstable,
-    /// The force was at its limit too often: the limit was tried, not the wall.
+    /// The force was at its limit for too long: the limit was tried, not the wall.
     Saturated,
     /// No force was made at the end: nothing was tried.
     Untouched,
@@ -172,8 +173,8 @@ pub struct Settling {
     pub force_range_n: Option<f64>,
     /// The largest such range that counts as rest, N; null if the criterion ignores it.
     pub force_range_limit_n: Option<f64>,
-    /// Share of all samples whose force was at its limit, 0 to 1.
-    pub saturated_share: Option<f64>,
+    /// Time for which the force was at its limit, s.
+    pub saturated_s: f64,
     /// Mean of the position over the window, m.
     pub deflection_m: Option<f64>,
     /// Position at which the push is in balance with wall and hand, m; null without a spring.
@@ -208,7 +209,6 @@ impl Settling {
 
     /// Why it is not stable, in words; `None` if it is.
     pub(crate) fn reason(&self) -> Option<String> {
-        let share = self.saturated_share.unwrap_or(0.0);
         match self.verdict {
             TrialVerdict::Stable => None,
             TrialVerdict::HeldByFriction => Some(match &self.swings {
@@ -220,9 +220,9 @@ impl Settling {
                 ),
             }),
             TrialVerdict::Saturated => Some(format!(
-                "the force was at its limit in {:.1} % of the samples, more than {} %",
-                1e2 * share,
-                1e2 * LIMITED_SHARE
+                "the force was at its limit for {:.0} ms, more than {} ms",
+                1e3 * self.saturated_s,
+                1e3 * SATURATED_S
             )),
             TrialVerdict::Untouched => Some(
                 "nothing touched it at the end: push the device into it all the time".to_owned(),
@@ -303,8 +303,8 @@ pub(crate) struct Judge {
     taps: Option<Taps>,
     /// Push, N, and spring of a hand, N/m, which a law that integrates balances at rest.
     balanced: Option<[f64; 2]>,
-    samples: u64,
-    limited: u64,
+    last_s: f64,
+    limited_s: f64,
     position: Moments,
     force: Moments,
     /// Of the force in the second half.
@@ -338,8 +338,8 @@ impl Judge {
             push: None,
             taps: None,
             balanced: None,
-            samples: 0,
-            limited: 0,
+            last_s: 0.0,
+            limited_s: 0.0,
             position: Moments::default(),
             force: Moments::default(),
             late_force: Moments::default(),
@@ -413,8 +413,10 @@ impl Judge {
 
     /// One sample; `false` if the device has left, or has swung while a motor pushed, so that nothing more can come of it.
     pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
-        self.samples += 1;
-        self.limited += u64::from(force_n.abs() >= AT_LIMIT * self.force_limit_n);
+        if force_n.abs() >= AT_LIMIT * self.force_limit_n {
+            self.limited_s += time_s - self.last_s;
+        }
+        self.last_s = time_s;
         let swings =
             |push: MotorPush| push.swings(force_n, self.force_limit_n, self.taps.is_some());
         self.swung |= self.push.is_some_and(swings);
@@ -442,7 +444,6 @@ impl Judge {
     /// The judgement of a trial that reached its end, or did not.
     pub(crate) fn settling(&self, whole: bool, expected_deflection_m: Option<f64>) -> Settling {
         let seen = whole && !(self.gone || self.swung) && self.position.count > 0.0;
-        let share = self.limited as f64 / self.samples as f64;
         let deviations = seen.then(|| (self.position.deviation(), self.force.deviation()));
         let range = self.force_ends_n.1 - self.force_ends_n.0;
         let within = |have: f64, most: Option<f64>| most.is_none_or(|most| have <= most);
@@ -459,7 +460,7 @@ impl Judge {
             _ if self.gone => TrialVerdict::Gone,
             _ if self.swung => TrialVerdict::Unstable,
             None => TrialVerdict::Unfinished,
-            Some(_) if !within(share, self.tolerance.limited) => TrialVerdict::Saturated,
+            Some(_) if !within(self.limited_s, self.tolerance.limited_s) => TrialVerdict::Saturated,
             // After taps what still falls rests in the end.
             Some(_) if rests || falls => {
                 match (&self.taps, swings.and_then(|swings| swings.dies)) {
@@ -482,7 +483,7 @@ impl Judge {
             force_std_limit_n: self.tolerance.force_std_n,
             force_range_n: seen.then_some(range),
             force_range_limit_n: self.tolerance.force_range_n,
-            saturated_share: (self.samples > 0).then_some(share),
+            saturated_s: self.limited_s,
             deflection_m: seen.then_some(self.position.mean),
             expected_deflection_m,
             swings,
@@ -587,9 +588,9 @@ mod tests {
             // A standard deviation of 0.25 N is excused: one sample of fifty swings by 1.1 N, 0.15 N rms, more than the push.
             (encoder(5e-6), &rarely(1.1), Unstable),
             (encoder(5e-6), &rarely(0.9), Stable),
-            // An impact may reach the limit for a hundredth of the samples.
+            // An impact may reach the limit for 50 ms.
             (STIFF, &hits(50), Stable),
-            (STIFF, &hits(51), Saturated),
+            (STIFF, &hits(52), Saturated),
             (STIFF, &left, Untouched),
             // Without a spring the force alone is judged.
             (without_spring, &slides, Stable),

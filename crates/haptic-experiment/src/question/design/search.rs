@@ -79,8 +79,6 @@ const STEPS: (f64, f64) = (0.5, 0.05);
 /// In a look of 5 s: times the limit that a force varies by, and share of its variation over the second half that it has at the end, if
 /// neither 20 s bring it to rest: an exponential that falls by less is above the limit after 15 s.
 const RESTLESS: (f64, f64) = (3.0, 0.9);
-/// Share of the samples at the force limit in that look which are too many of 20 s.
-const SATURATED: f64 = 0.041;
 /// A candidate must be better by this share to win over one of lower order.
 const BETTER: f64 = 1e-6;
 
@@ -350,9 +348,10 @@ impl Design {
             .is_some_and(|(now, limit)| now > RESTLESS.0 * limit);
         let goes_on = now.zip(settling.noise_n);
         let goes_on = goes_on.is_some_and(|(now, before)| now >= RESTLESS.1 * before);
-        settling.verdict == TrialVerdict::Gone
-            || settling.saturated_share > Some(SATURATED)
-            || is_loud && goes_on
+        matches!(
+            settling.verdict,
+            TrialVerdict::Gone | TrialVerdict::Saturated
+        ) || is_loud && goes_on
     }
 
     /// All trials of a wall: with the first seed all hits of a push, of which the hardest fails first, then the other seeds.
