@@ -105,7 +105,7 @@ impl SampledWall {
 }
 
 impl Effective {
-    fn new(
+    pub(crate) fn new(
         omega_rad_s: f64,
         stiffness_n_per_m: f64,
         damping_n_s_per_m: f64,

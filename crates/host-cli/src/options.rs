@@ -418,7 +418,6 @@ pub(crate) mod keys {
             &MEASURE_DEVICE, &MEASURE_FORCE_LIMIT, &CALIBRATE_WEIGHT, &CALIBRATE_STEP, &DEVICE_MODEL,
         ]];
         // Of `analyze`.
-        Wall: &[], a::ON_WALL, true;
         Stability: &[], a::STABILITY, true;
         Sensitivity: &[], a::SENSITIVITY, true;
         Environment: &[], a::ENVIRONMENT, true;

@@ -2,6 +2,7 @@
 
 mod coupled;
 mod coupling;
+mod hand_port;
 mod lateness;
 mod margin;
 mod own_operator;

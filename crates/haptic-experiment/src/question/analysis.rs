@@ -41,7 +41,7 @@ pub(crate) const ANALYSES: [(&str, &[Keys], Read); 9] = [
     ("analyze-stability-region", STABILITY, |table| {
         Ok(Analysis::Wall(WallLoop::sought(table)?, WallLoop::region))
     }),
-    ("analyze-passivity", ON_WALL, |table| {
+    ("analyze-passivity", STABILITY, |table| {
         Ok(Analysis::Wall(
             WallLoop::needed(table)?,
             WallLoop::passivity,

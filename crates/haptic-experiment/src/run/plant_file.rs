@@ -8,7 +8,7 @@
 //! `[calibration]` beside a `[device]` says how many newtons a newton of it is, see [`calibration`].
 //! `[device]` has the keys of a `[wall]`: mass, damping, hand, delay, current lag, friction, encoder, noise; force in, position out. Beside it
 //! `[intervals]` says between which numbers its values lie, as a measurement writes it, see [`DeviceModel`]. `[state_space]` has `a`, `b`, `c`,
-//! `delay_s` and `current_lag_s`. `[measured_response]` names a CSV, see [`read_response`].
+//! `delay_s` and `current_lag_s`, and `b_hand` and `c_hand` where a hand acts elsewhere than the law. `[measured_response]` names a CSV, see [`read_response`].
 
 use crate::document::controller_file::source;
 use crate::document::error::{FileError, text_of};
@@ -127,6 +127,8 @@ pub enum PlantModel {
         b: Vec<f64>,
         /// C of y = Cx, one number a state.
         c: Vec<f64>,
+        /// B of the force of a hand, N, and C of its place, m, if they are not b and c.
+        hand: [Option<Vec<f64>>; 2],
         /// Dead time behind the states, s.
         delay_s: f64,
         /// Time constant of the actuator before it, s.
@@ -258,6 +260,7 @@ impl PlantModel {
                 c,
                 delay_s,
                 current_lag_s,
+                ..
             } => {
                 let columns = a.first().map_or(0, Vec::len);
                 // A ragged matrix has a size that does not fit.
@@ -521,6 +524,10 @@ fn model(name: &str, table: &Table<'_>) -> Result<PlantModel, FileError> {
             a: table.matrix(&p::STATE_A)?,
             b: table.numbers(&p::STATE_B)?,
             c: table.numbers(&p::STATE_C)?,
+            hand: [
+                table.numbers_if(&p::STATE_B_HAND)?,
+                table.numbers_if(&p::STATE_C_HAND)?,
+            ],
             delay_s: table.number(&p::DEAD_TIME)?,
             current_lag_s: table.number(&p::CURRENT_LAG)?,
         },

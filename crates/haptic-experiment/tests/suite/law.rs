@@ -689,6 +689,10 @@ fn a_plant_of_matrices_is_the_device_that_they_are_of() {
             ],
         ),
         ("analyze-sensitivity", &["peak_db", "theta_at_peak"]),
+        (
+            "analyze-passivity",
+            &["required_damping_n_s_per_m", "largest_stiffness_n_per_m"],
+        ),
     ] {
         let [of_plant, of_device] =
             [&plant, &named].map(|keys| ask(analysis, keys).expect("an answer"));
@@ -710,7 +714,17 @@ fn a_plant_of_matrices_is_the_device_that_they_are_of() {
     );
     std::fs::write(&file, "[device]\nmass_kg = 1\ndamping_n_s_per_m = 1\n").expect("written");
     assert_refused(ask("analyze-stability", &plant), "has no [state_space]");
-    ask("analyze-passivity", &plant).expect_err("of a device alone");
+    // Where the hand acts elsewhere, nothing is proved; a loop that takes energy from it at one frequency is known.
+    let hand = text.clone() + "b_hand = [1, 0]\n";
+    std::fs::write(&file, &hand).expect("written");
+    let report = ask("analyze-passivity", &plant).expect("an answer");
+    assert!(
+        report["plant_damping_n_s_per_m"].is_null() && report["passive"] != true,
+        "{report}"
+    );
+    std::fs::write(&file, hand.replace("b_hand = [1, 0]", "b_hand = [1]")).expect("written");
+    let error = ask("analyze-transparency", &plant);
+    assert_refused(error, "as many as those of B: change `plant_model`");
 }
 
 /// A spring beside a spring-pot.

@@ -38,7 +38,7 @@ pub(crate) enum Command {
         after_help = "Example: host-cli analyze passivity --order 0.5 --scheme muir:3 --mass 65g --damping 3.5 \
                       --sample-time 1ms --stiffness 3N/mm --dissipation 10"
     )]
-    Passivity(Options<keys::Wall>),
+    Passivity(Options<keys::Stability>),
     /// Judge whether a virtual coupler is passive on both sides, and how much damping that needs
     #[command(
         after_help = "Example: host-cli analyze coupling --order 0.75 --coupler-damping 1 --coupler-spring 200 \

@@ -63,6 +63,8 @@ parameters! {
     STATE_A = list("a", NUMBERS, "A of ẋ = Ax + Bu, a list of rows");
     STATE_B = list("b", NUMBERS, "B of ẋ = Ax + Bu");
     STATE_C = list("c", NUMBERS, "C of y = Cx");
+    STATE_B_HAND = list("b_hand", NUMBERS, "B of the force of a hand, in N [default: b]");
+    STATE_C_HAND = list("c_hand", NUMBERS, "C of the place of the hand, in m [default: c]");
     /// Table of a measured response.
     RESPONSE_FILE = text("file", "", "CSV with omega_rad_s and gain, phase_deg or real, imaginary");
     /// Dead time of a plant.
@@ -119,7 +121,15 @@ pub(crate) const DEVICE_PLANT: &[Parameter] = &[
     SENSOR_NOISE,
 ];
 /// Of `[state_space]` in a plant file.
-pub(crate) const STATE_PLANT: &[Parameter] = &[STATE_A, STATE_B, STATE_C, DEAD_TIME, CURRENT_LAG];
+pub(crate) const STATE_PLANT: &[Parameter] = &[
+    STATE_A,
+    STATE_B,
+    STATE_C,
+    STATE_B_HAND,
+    STATE_C_HAND,
+    DEAD_TIME,
+    CURRENT_LAG,
+];
 /// Of `[measured_response]` in a plant file.
 pub(crate) const MEASURED_PLANT: &[Parameter] = &[RESPONSE_FILE];
 /// Of `[source]` in a plant file.

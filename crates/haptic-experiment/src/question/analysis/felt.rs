@@ -6,7 +6,7 @@ use super::keys::{
     OMEGA_MAX, OMEGA_MIN, POINTS,
 };
 use super::law::Law;
-use super::wall::{missing, path, path_result};
+use super::wall::{OnPlant, missing, path, path_result};
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use crate::document::reader::Table;
@@ -29,6 +29,8 @@ pub(crate) struct Felt {
     law: Law,
     omegas: Vec<f64>,
     closed: Option<ClosedLoop>,
+    /// A plant in place of the device.
+    on_plant: Option<Box<OnPlant>>,
 }
 
 impl Felt {
@@ -60,11 +62,18 @@ impl Felt {
             law,
             omegas: logarithmic(low, high, count).collect(),
             closed: None,
+            on_plant: None,
         })
     }
 
     pub(super) fn through_device(table: &Table<'_>) -> Result<Self, Failure> {
         let alone = Self::of(table)?;
+        if let Some(plant) = OnPlant::of(table, Some(alone.wall.sample_time_s))? {
+            return Ok(Self {
+                on_plant: Some(plant),
+                ..alone
+            });
+        }
         let needed = |parameter: &Parameter| table.required(parameter);
         let closed = ClosedLoop {
             mass_kg: needed(&ANALYSED_MASS)?,
@@ -153,16 +162,19 @@ impl Felt {
             order,
             sample_time_s,
         } = self.wall;
-        let law = json!({
+        let mut law = json!({
             "order": self.law.of_wall(order.get()),
             "scheme": self.law.scheme.to_string(),
             "sample_time_s": sample_time_s,
             "stiffness_n_per_m": self.law.of_wall(stiffness_n_per_m),
             "dissipation_n_s_mu_per_m": self.law.of_wall(dissipation_n_s_mu_per_m),
         });
-        let path = self.closed.map_or(json!({}), |closed| {
-            path_result(closed.path, Some(sample_time_s))
-        });
+        if let Some(plant) = &self.on_plant {
+            law["plant_model"] = json!(plant.name);
+        }
+        let path = self.closed.map(|closed| closed.path);
+        let path = path.or(self.on_plant.as_ref().map(|plant| plant.path()));
+        let path = path.map_or(json!({}), |path| path_result(path, Some(sample_time_s)));
         [law, self.law.in_place_result(), path]
     }
 
@@ -184,8 +196,9 @@ impl Felt {
     }
 
     fn point(&self, omega: f64) -> Result<FeltPoint, Failure> {
-        let (sampled, continuous) = match &self.closed {
-            Some(closed) => {
+        let (sampled, continuous) = match (&self.closed, &self.on_plant) {
+            (_, Some(plant)) => (plant.felt(&self.wall, &self.law.operator, omega), None),
+            (Some(closed), None) => {
                 let continuous = match &self.law.in_place {
                     Some(law) => closed.felt(law.stiffness(omega), omega),
                     None => closed.continuous(omega),
@@ -193,7 +206,7 @@ impl Felt {
                 let sampled = closed.sampled(&self.law.operator, omega);
                 (sampled, Some(continuous.map_err(Failure::input)?))
             }
-            None => (self.wall.effective(&self.law.operator, omega), None),
+            (None, None) => (self.wall.effective(&self.law.operator, omega), None),
         };
         let sampled = sampled.map_err(Failure::input)?;
         Ok(FeltPoint {

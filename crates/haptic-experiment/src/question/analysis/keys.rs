@@ -87,8 +87,6 @@ const OMEGAS: Keys = ("Frequencies", &[OMEGA_MIN, OMEGA_MAX, POINTS]);
 
 const ON_PLANT: Keys = ("Plant in place of a device", &[PLANT_MODEL]);
 
-/// Keys of an analysis of a wall on a device.
-pub const ON_WALL: &[Keys] = &[WALL, IN_PLACE, ON_DEVICE, WITHOUT_UNITS];
 /// Keys of an analysis of a wall on a device, or on any linear plant.
 pub const STABILITY: &[Keys] = &[WALL, IN_PLACE, ON_DEVICE, ON_PLANT, WITHOUT_UNITS];
 /// Keys of a wall whose sensitivity is drawn.
@@ -102,8 +100,8 @@ pub const SENSITIVITY: &[Keys] = &[
 ];
 /// Keys of the impedance of a wall alone.
 pub const ENVIRONMENT: &[Keys] = &[WALL, IN_PLACE, OMEGAS];
-/// Keys of the impedance of a wall behind a device.
-pub const TRANSPARENCY: &[Keys] = &[WALL, IN_PLACE, THROUGH_DEVICE, OMEGAS];
+/// Keys of the impedance of a wall behind a device or a plant.
+pub const TRANSPARENCY: &[Keys] = &[WALL, IN_PLACE, THROUGH_DEVICE, ON_PLANT, OMEGAS];
 /// Keys of a law that a hand feels through a device.
 pub(super) const OF_A_LAW: &[Keys] = &[WALL, IN_PLACE, THROUGH_DEVICE];
 /// Keys of the difference of two laws.

@@ -17,8 +17,9 @@ use crate::run::advice::analysed;
 use crate::run::device::Warn;
 use crate::run::plant_file::PlantModel;
 use haptic_analysis::{
-    AnalysisError, Dynamics, ForcePath, Largest, LoopOperator, Nondimensional, OnePort, Polygon,
-    RequiredDelta, SampledLoop, SampledPlant, SampledWall, StabilityRegion, StableArea,
+    AnalysisError, Dynamics, Effective, ForcePath, HandPort, Largest, LoopOperator, Nondimensional,
+    OnePort, Polygon, RequiredDelta, SampledLoop, SampledPlant, SampledWall, StabilityRegion,
+    StableArea,
 };
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
@@ -32,6 +33,9 @@ const WITH_UNITS: [Parameter; 5] = [
     STIFFNESS,
     DISSIPATION,
 ];
+/// Frequencies at which a loop on a plant may give energy to a hand, from this share of the highest on.
+const ACTIVE_POINTS: usize = 2000;
+const LOWEST: f64 = 1e-6;
 /// Points on the boundary of a region.
 const BOUNDARY: usize = 1000;
 /// Factors on a tissue or controller that are judged.
@@ -60,10 +64,19 @@ pub(crate) struct WallLoop {
 
 /// A linear plant, sampled.
 #[derive(Clone, Debug)]
-struct OnPlant {
-    name: String,
+pub(super) struct OnPlant {
+    pub(super) name: String,
     sampled: SampledPlant,
     path: ForcePath,
+    port: HandPort,
+}
+
+/// Is a loop passive, and why is it not, or not known? Where a hand that pushes at one frequency is given energy, rad/s.
+#[derive(Clone, Debug)]
+struct Passivity {
+    passive: Option<bool>,
+    reason: Option<String>,
+    active_rad_s: Option<f64>,
 }
 
 /// Wall and device of a loop that was given with units; delay and lag are in its path.
@@ -291,7 +304,12 @@ impl WallLoop {
 
     pub(super) fn passivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
         let units = self.mass_and_time();
-        let delta = self.delta_given.then_some(self.parameters.delta);
+        // Of a plant the damping that it has at every frequency; its mass is 1 kg as a unit.
+        let plant_damping = (self.on_plant.as_ref()).and_then(|plant| plant.port.least_damping());
+        let delta = match (&self.on_plant, units) {
+            (Some(_), Some([_, t])) => plant_damping.map(|(damping, _)| damping * t),
+            _ => self.delta_given.then_some(self.parameters.delta),
+        };
         // Next to rest an integral asks for more and more damping.
         let required = match self.law.integrates() {
             true => None,
@@ -304,44 +322,59 @@ impl WallLoop {
         }
         let [stiffness, dissipation] = self.with_units(alpha, beta);
         let without_units = json!({
-            "alpha": self.law.of_wall(self.parameters.alpha),
-            "beta": self.law.of_wall(self.parameters.beta),
-            "delta": delta,
+            "alpha": self.of_device(self.law.of_wall(self.parameters.alpha)),
+            "beta": self.of_device(self.law.of_wall(self.parameters.beta)),
+            "delta": self.of_device(delta),
         });
+        let proved = required
+            .zip(delta)
+            .map(|(required, delta)| required.passive(delta));
+        let passivity = match &self.on_plant {
+            Some(plant) if required.is_some_and(|law| !law.negative_at_rest) => {
+                self.passivity_on(plant, proved == Some(true))?
+            }
+            _ => Passivity {
+                passive: required.map_or(Some(false), |_| proved),
+                reason: match (required, delta) {
+                    (None, _) => Some(
+                        "an integral pushes ever harder against a hand that holds still: no damping is enough"
+                            .to_owned(),
+                    ),
+                    (Some(required), _) if required.negative_at_rest => {
+                        Some("a negative spring at rest: no damping is enough".to_owned())
+                    }
+                    (Some(_), None) => Some(format!("give {DELTA} or {ANALYSED_DAMPING} to know")),
+                    (Some(_), Some(_)) => None,
+                },
+                active_rad_s: None,
+            },
+        };
         let corollary = required.filter(|_| self.law.has_corollary());
         let damping = required
             .zip(units)
             .map(|(required, [m, t])| required.delta * m / t);
         let mut found = json!({
             // Least δ by Theorem 1 for the operator really used, and by Corollary 1 for the exact one without delay.
-            "required_delta": required.map(|required| required.delta),
-            "corollary_delta": corollary.map(|required| required.corollary_delta),
+            "required_delta": self.of_device(required.map(|required| required.delta)),
+            "corollary_delta": self.of_device(corollary.map(|required| required.corollary_delta)),
             "worst_theta": required.map(|required| required.worst_theta),
-            "passive": match required {
-                None => Some(false),
-                Some(required) => delta.map(|delta| required.passive(delta)),
-            },
-            "passive_reason": match (required, delta) {
-                (None, _) => Some(
-                    "an integral pushes ever harder against a hand that holds still: no damping is enough"
-                        .to_owned(),
-                ),
-                (Some(required), _) if required.negative_at_rest => {
-                    Some("a negative spring at rest: no damping is enough".to_owned())
-                }
-                (Some(_), None) => Some(format!("give {DELTA} or {ANALYSED_DAMPING} to know")),
-                (Some(_), Some(_)) => None,
-            },
+            "passive": passivity.passive,
+            "passive_reason": passivity.reason,
             "negative_at_rest": required.map(|required| required.negative_at_rest),
             // Passive with the given δ and the other; null without a δ, or if none or any is.
-            "largest_alpha": alpha,
-            "largest_beta": beta,
+            "largest_alpha": self.of_device(alpha),
+            "largest_beta": self.of_device(beta),
             "largest_stiffness_n_per_m": stiffness,
             "largest_dissipation_n_s_mu_per_m": dissipation,
             // δ = bT/m
             "required_damping_n_s_per_m": damping,
             "worst_rad_s": required.zip(units).map(|(required, [_, t])| required.worst_theta / t),
         });
+        if self.on_plant.is_some() {
+            // That the plant has at every frequency, and where a hand is given energy.
+            found["plant_damping_n_s_per_m"] = json!(plant_damping.map(|(damping, _)| damping));
+            found["active_rad_s"] = json!(passivity.active_rad_s);
+        }
         if self.law.in_place.is_some() {
             // Of the force of the whole law, up to which it is passive.
             let bounded = required.filter(|wall| wall.delta > 0.0 && !wall.negative_at_rest);
@@ -351,6 +384,41 @@ impl WallLoop {
             found["largest_scale"] = json!(scale);
         }
         Ok(Analysed::in_numbers(self.report(without_units, found)))
+    }
+
+    /// Passivity on a plant, where Theorem 1 did or did not prove it: necessary is that no single frequency gives a hand energy.
+    fn passivity_on(&self, plant: &OnPlant, is_proved: bool) -> Result<Passivity, Failure> {
+        let known = |passive, reason: Option<String>, active_rad_s| Passivity {
+            passive,
+            reason,
+            active_rad_s,
+        };
+        let Some(units) = self.units.filter(|_| !is_proved) else {
+            return Ok(known(Some(true), None, None));
+        };
+        if !self.sampled()?.beside_rest().verdict().stable {
+            let reason = "the loop is not stable by itself".to_owned();
+            return Ok(known(Some(false), Some(reason), None));
+        }
+        if let Some(at) = plant.active(&units.wall, &self.law.operator)? {
+            let reason = format!(
+                "a hand that pushes at {} is given energy: it feels a damping of {}",
+                written("omega_rad_s", at.omega_rad_s),
+                written("damping_n_s_per_m", at.damping_n_s_per_m)
+            );
+            return Ok(known(Some(false), Some(reason), Some(at.omega_rad_s)));
+        }
+        let why = match plant.port.least_damping() {
+            Some((damping, omega)) => format!(
+                "the plant damps by {} only, at {}",
+                written("damping_n_s_per_m", damping),
+                written("omega_rad_s", omega)
+            ),
+            None => "the hand acts elsewhere than the law, or the plant is not passive by itself"
+                .to_owned(),
+        };
+        let reason = format!("not proved, as {why}; no single frequency gives a hand energy");
+        Ok(known(None, Some(reason), None))
     }
 
     pub(super) fn required_delta(&self) -> Result<RequiredDelta, Failure> {
@@ -518,7 +586,10 @@ impl WallLoop {
 
 impl OnPlant {
     /// The plant of a file with `[state_space]`, if there is one.
-    fn of(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<Option<Box<Self>>, Failure> {
+    pub(super) fn of(
+        table: &Table<'_>,
+        sample_time_s: Option<f64>,
+    ) -> Result<Option<Box<Self>>, Failure> {
         let Some(file) = table.file(&PLANT_MODEL)? else {
             return Ok(None);
         };
@@ -536,6 +607,7 @@ impl OnPlant {
             a,
             b,
             c,
+            hand,
             delay_s,
             current_lag_s,
         } = PlantModel::read(&file)?
@@ -547,15 +619,54 @@ impl OnPlant {
         let further = path(table, sample_time_s)?.delay_samples();
         let path = ForcePath::new(further + delay_s / t, current_lag_s / t).map_err(analysed)?;
         let a: Vec<f64> = a.into_iter().flatten().collect();
-        let sampled = SampledPlant::linear(&a, &b, &c, t, 1.0, path);
-        let sampled = sampled.map_err(|error| {
+        let change = |error: AnalysisError| {
             Failure::input_with_advice(error, format_args!("change {PLANT_MODEL}"))
-        })?;
+        };
+        let sampled = SampledPlant::linear(&a, &b, &c, t, 1.0, path).map_err(change)?;
+        let [b_hand, c_hand] = hand.each_ref().map(Option::as_deref);
         Ok(Some(Box::new(Self {
             name,
             sampled,
             path,
+            port: HandPort::new([&a, &b, &c], [b_hand, c_hand]).map_err(change)?,
         })))
+    }
+
+    pub(super) const fn path(&self) -> ForcePath {
+        self.path
+    }
+
+    /// A law as a hand meets it through the plant.
+    pub(super) fn felt(
+        &self,
+        wall: &SampledWall,
+        operator: &LoopOperator,
+        omega: f64,
+    ) -> Result<Effective, AnalysisError> {
+        let at = Dynamics::ideal(1.0, 0.0).nondimensional(wall)?;
+        let sampled = SampledLoop::with_plant(self.sampled, at.alpha, at.beta, operator)?;
+        let (t, theta) = (wall.sample_time_s, (omega * wall.sample_time_s).min(PI));
+        let (law, gain) = (wall.response(operator, theta), sampled.loop_gain(theta));
+        self.port.felt(law, gain, self.path, t, omega)
+    }
+
+    /// Where a hand feels the least damping, if that is below 0: there the loop gives it energy.
+    fn active(
+        &self,
+        wall: &SampledWall,
+        operator: &LoopOperator,
+    ) -> Result<Option<Effective>, Failure> {
+        let nyquist = PI / wall.sample_time_s;
+        let felt = logarithmic(nyquist * LOWEST, nyquist, ACTIVE_POINTS)
+            .map(|omega| self.felt(wall, operator, omega));
+        let felt = felt
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(Failure::input)?;
+        let damping = |at: &Effective| at.damping_n_s_per_m;
+        let least = felt
+            .into_iter()
+            .min_by(|a, b| damping(a).total_cmp(&damping(b)));
+        Ok(least.filter(|at| damping(at) < 0.0))
     }
 }
 
