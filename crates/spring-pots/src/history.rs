@@ -18,6 +18,7 @@ use crate::contour::{Contour, Quantity};
 use crate::cubic;
 use crate::elements::{Elements, Slope};
 use crate::joint::Joint;
+use crate::mode::Mode;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -253,6 +254,24 @@ impl History {
             ..*self
         };
         (compressed, triangle.column(self.nodes).as_slice().to_vec())
+    }
+
+    /// Least and largest ln of a time since a change of the strain, in units of t₀.
+    #[must_use]
+    pub fn ends(&self) -> [f64; 2] {
+        [2.0, (self.nodes - 4) as f64].map(|node| self.first_node + node * self.spacing)
+    }
+
+    /// The stress of each output over its scale, of a mode of unit size.
+    #[must_use]
+    pub fn mode(&self, mode: Mode) -> Vec<f64> {
+        let scale = self.unit_s / self.stress_scale;
+        let node = |m: usize| self.first_node + m as f64 * self.spacing;
+        let nodes = (0..self.nodes).map(|m| scale * mode.at(Some(Quantity::Integral), node(m))[0]);
+        let nodes: Vec<f64> = nodes.collect();
+        let rows = self.weights.chunks_exact(self.nodes);
+        let product = |row: &[f64]| row.iter().zip(&nodes).fold(0.0, |sum, (w, q)| sum + w * q);
+        rows.map(product).collect()
     }
 
     /// Calls `each` with the stress of each output over its scale.

@@ -12,6 +12,8 @@ mod elements;
 #[cfg(feature = "fit")]
 mod history;
 mod joint;
+#[cfg(feature = "fit")]
+mod mode;
 mod modes;
 
 pub use contour::{Contour, Quantity, oscillation};
@@ -24,4 +26,5 @@ pub use {
     binned::Binned,
     bounded::{Effort, Minimum, Problem, Pull, minimise},
     history::{History, Moved, chosen},
+    mode::Mode,
 };

@@ -37,4 +37,4 @@ pub use kernel::{DecayingMode, Kernel};
 #[cfg(feature = "std")]
 pub use memory::{Memory, MemoryWeights};
 #[cfg(feature = "std")]
-pub use nnls::non_negative_least_squares;
+pub use nnls::{nearly_least_squares, non_negative_least_squares};

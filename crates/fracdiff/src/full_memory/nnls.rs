@@ -23,12 +23,20 @@ const ENTRIES_A_COLUMN: usize = 10;
 /// same bits on every machine. NaN inputs give a result without meaning, never an endless loop.
 #[must_use]
 pub fn non_negative_least_squares(columns: Vec<Vec<f64>>, target: Vec<f64>) -> Vec<f64> {
+    nearly_least_squares(columns, target, 0.0)
+}
+
+/// As [`non_negative_least_squares`], of columns of unit length, but no unknown becomes positive whose column is alike what is left by less
+/// than this share of the root of its mean square: such columns draw noise.
+#[must_use]
+pub fn nearly_least_squares(columns: Vec<Vec<f64>>, target: Vec<f64>, share: f64) -> Vec<f64> {
     let mut problem = Problem {
         solution: vec![0.0; columns.len()],
         order: (0..columns.len()).collect(),
         passive: 0,
         columns,
         target,
+        share,
     };
     for _ in 0..ENTRIES_A_COLUMN * problem.order.len() {
         if !problem.enter() {
@@ -47,6 +55,8 @@ struct Problem {
     order: Vec<usize>,
     passive: usize,
     solution: Vec<f64>,
+    /// The least descent over the root of the mean square of what is left.
+    share: f64,
 }
 
 impl Problem {
@@ -61,7 +71,9 @@ impl Problem {
             rest.fold(0.0, |sum, (a, b)| sum + a * b)
         };
         let mut descents: Vec<f64> = self.order[row..].iter().map(descent).collect();
-        while let Some(steepest) = steepest(&descents) {
+        let rest = self.target[row..].iter().fold(0.0, |sum, b| sum + b * b);
+        let least = self.share * libm::sqrt(rest / self.target.len() as f64);
+        while let Some(steepest) = steepest(&descents, least) {
             if self.try_to_enter(row + steepest) {
                 return true;
             }
@@ -183,10 +195,10 @@ impl Problem {
     }
 }
 
-/// Index of the largest value, if it is positive; the first of equals.
-fn steepest(descents: &[f64]) -> Option<usize> {
+/// Index of the largest value, if it is above this; the first of equals.
+fn steepest(descents: &[f64], least: f64) -> Option<usize> {
     let mut best = None;
-    let mut most = 0.0;
+    let mut most = least;
     for (place, &descent) in descents.iter().enumerate() {
         if descent > most {
             (best, most) = (Some(place), descent);

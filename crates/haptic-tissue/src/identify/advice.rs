@@ -4,6 +4,8 @@ use super::fit::{AS_GOOD, Estimate, Fit};
 use super::keys::FROM;
 use super::record::Record;
 use super::record::digits;
+use super::reference::Misfit;
+use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 
 /// Two estimates that hang together so closely are one, if neither is settled.
@@ -19,12 +21,30 @@ const LOOSE_ORDER: f64 = 0.2;
 /// Share of a record that a model leaves, from which it does not describe it.
 const MISSED: f64 = 0.1;
 
+/// Times what a spectrum leaves, from which another kind of model is worth looking for.
+const ANOTHER: f64 = 1.2;
+
 /// Sentences about the first of these fits, which are of such a record.
-pub(super) fn about(fits: &[Fit], is_absolute: bool) -> Vec<String> {
+pub(super) fn about(
+    fits: &[Fit],
+    is_absolute: bool,
+    misfit: Option<Misfit>,
+    chosen: Option<ModelKind>,
+) -> Vec<String> {
     let Some(fit) = fits.first() else {
         return Vec::new();
     };
-    let mut advice = Vec::from_iter(misfit(fit, is_absolute));
+    let misfit = misfit.filter(|misfit| misfit.ratio > ANOTHER);
+    let misfit = misfit.map(|misfit| {
+        let best = if chosen.is_none() { ", the best of these models," } else { "" };
+        format!(
+            "{}{best} leaves {} times as much of the record as a spectrum of {} relaxations does: another kind of model is needed",
+            fit.kind,
+            Shown(digits(misfit.ratio)),
+            misfit.modes
+        )
+    });
+    let mut advice = Vec::from_iter(misfit.or_else(|| missed(fit, is_absolute)));
     advice.extend([at_ends(fit), together(fit), loose(fit), open(fit)].concat());
     advice.extend(simpler(fit, fits));
     advice.extend(slow(fit));
@@ -43,7 +63,7 @@ pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
 }
 
 /// Much is left, and alike from sample to sample, as no noise is.
-fn misfit(fit: &Fit, is_absolute: bool) -> Option<String> {
+fn missed(fit: &Fit, is_absolute: bool) -> Option<String> {
     let number = fit.predicted.len() as f64;
     let squares: f64 = fit.predicted.iter().map(|value| value * value).sum();
     let missed = match is_absolute {

@@ -7,6 +7,7 @@ use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
 use super::record::digits;
 use super::record::{Record, RecordKind};
+use super::reference::{Misfit, Reference};
 use super::search::{Best, polished, search};
 use super::target::Target;
 use super::{advice, bootstrap, profile, rendered, whitened};
@@ -140,15 +141,17 @@ pub(super) fn identified(
             Err(error) => failed.push(error),
         }
     }
-    compare(&mut fitted, &target);
+    let reference = compare(&mut fitted, &target);
     fitted.sort_by(|a, b| a.fit.by_bic(&b.fit));
+    let misfit = |index: usize| fitted[index].misfit(reference.as_ref()?);
     let fits = || fitted.iter().map(|fitted| &fitted.fit);
-    let Some(index) = choose(fits(), options.chosen) else {
+    let Some(index) = chosen(fits(), options.chosen, &|index| misfit(index).is_some()) else {
         // The error of the model with the fewest parameters.
         return Err(failed.into_iter().next().unwrap_or_else(|| {
             IdentifyError::Record("there is no model to fit: give at least one".to_owned())
         }));
     };
+    let misfit = misfit(index);
     let first = fitted.remove(index);
     fitted.insert(0, first);
     let mut warnings = record.warnings.clone();
@@ -195,7 +198,12 @@ pub(super) fn identified(
         fits.iter_mut()
             .for_each(|fit| as_measured(fit, record, &target));
     }
-    warnings.extend(advice::about(&fits, record.is_absolute()));
+    warnings.extend(advice::about(
+        &fits,
+        record.is_absolute(),
+        misfit,
+        options.chosen,
+    ));
     let (x, measured) = target.values(record);
     Ok(Identification {
         kind: record.kind(),
@@ -229,21 +237,37 @@ struct Tried<'a> {
     unrendered: Option<Target<'a>>,
     /// The residual comes from the rendering: it holds no noise to compare by.
     is_rendered: bool,
+    /// The minimum through the filter of the noise.
+    whitened: Option<Best>,
 }
 
-/// Compares fits through the noise of the closest one: each through its own, one that misses the record would have its misfit excused.
-fn compare(fitted: &mut [Tried<'_>], target: &Target<'_>) {
-    let noisy = || fitted.iter().filter(|tried| !tried.is_rendered);
-    let closest = noisy().min_by(|a, b| a.fit.rms.total_cmp(&b.fit.rms));
-    let noise = closest.map(|closest| whitened::noise(closest.candidate, target, &closest.best));
-    let Some(noise) = noise else {
-        return;
+impl Tried<'_> {
+    /// What it leaves more than the reference, if that is no chance.
+    fn misfit(&self, reference: &Reference<'_>) -> Option<Misfit> {
+        reference.misfit(self.candidate, self.whitened.as_ref()?)
+    }
+}
+
+/// Compares fits through the noise of the reference: through its own, one that misses the record would have its misfit excused. What a loop
+/// rendered has no reference, but for what the closest of the others leaves.
+fn compare<'a>(fitted: &mut [Tried<'_>], target: &Target<'a>) -> Option<Reference<'a>> {
+    let is_rendered = fitted.iter().any(|tried| tried.is_rendered);
+    let noisy = fitted.iter().filter(|tried| !tried.is_rendered);
+    let closest = noisy.min_by(|a, b| a.fit.rms.total_cmp(&b.fit.rms))?;
+    let (candidate, best) = (closest.candidate, &closest.best);
+    let reference = (!is_rendered).then(|| Reference::of(target, candidate, best));
+    let reference = reference.flatten();
+    let noise = match &reference {
+        Some(reference) => reference.noise(),
+        None => whitened::noise(candidate, target, best),
     };
     let noisy = fitted.par_iter_mut().filter(|tried| !tried.is_rendered);
     noisy.for_each(|tried| {
-        [tried.fit.aic, tried.fit.bic] =
-            whitened::through(noise, tried.candidate, target, &tried.best);
+        let (criteria, best) = whitened::through(noise, tried.candidate, target, &tried.best);
+        [tried.fit.aic, tried.fit.bic] = criteria;
+        tried.whitened = Some(best);
     });
+    reference
 }
 
 /// Fits a candidate to a record, whole and compressed.
@@ -272,6 +296,7 @@ fn tried<'a>(
         certainty,
         unrendered,
         is_rendered,
+        whitened: None,
     })
 }
 
@@ -338,10 +363,20 @@ pub(super) fn noisy<'r, 's>(
     record
 }
 
-/// Index of the wanted model in fits sorted by BIC; else of the one with the fewest parameters within [`AS_GOOD`] of the best.
+/// As [`chosen`], without a reference.
 pub(super) fn choose<'a>(
     fits: impl Iterator<Item = &'a Fit> + Clone,
     wanted: Option<ModelKind>,
+) -> Option<usize> {
+    chosen(fits, wanted, &|_| false)
+}
+
+/// Index of the wanted model in fits sorted by BIC; else of the one with the fewest parameters within [`AS_GOOD`] of the best that leaves no
+/// more than the reference, of all if each leaves more.
+fn chosen<'a>(
+    fits: impl Iterator<Item = &'a Fit> + Clone,
+    wanted: Option<ModelKind>,
+    leaves_more: &dyn Fn(usize) -> bool,
 ) -> Option<usize> {
     let mut places = fits.enumerate();
     if let Some(wanted) = wanted {
@@ -351,9 +386,13 @@ pub(super) fn choose<'a>(
     let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok();
     let any = places.clone().any(|(_, fit)| sound(fit));
     let places = places.filter(|(_, fit)| !any || sound(fit));
-    let good = places.clone().next()?.1.bic + AS_GOOD;
-    places
-        .filter(|(_, fit)| fit.bic <= good)
-        .min_by_key(|(_, fit)| fit.parameters.len())
-        .map(|(index, _)| index)
+    let near = places.clone().find(|(index, _)| !leaves_more(*index));
+    let is_refused = near.is_none();
+    let good = near.or_else(|| places.clone().next())?.1.bic + AS_GOOD;
+    let mut good: Vec<(usize, &Fit)> = places.filter(|(_, fit)| fit.bic <= good).collect();
+    good.sort_by_key(|(_, fit)| fit.parameters.len());
+    let found = good
+        .iter()
+        .find(|(index, _)| is_refused || !leaves_more(*index));
+    found.map(|(index, _)| *index)
 }

@@ -153,6 +153,7 @@ pub(super) fn touched(
         ..options.clone()
     };
     let mut found = identified(&linear, &single, stop, progress)?;
+    (found.fits[0].aic, found.fits[0].bic) = (fit.aic, fit.bic);
     found.placement = search.placement(&linear, &found.fits[0], &place)?;
     found.fits.extend(fitted.into_iter().map(|(_, fit, _)| fit));
     found.samples = record.samples();

@@ -39,6 +39,7 @@ mod noise;
 mod options;
 mod profile;
 mod record;
+mod reference;
 mod rendered;
 mod replicates;
 mod search;

@@ -141,6 +141,9 @@ pub(super) fn stiffened(
         (low, high) = (low.or(Some(search.least)), high.or(Some(search.most)));
     }
     let fit = &mut found.fits[0];
+    // As all of them are compared: each by its own noise.
+    let lowest = &valley.lowest().fit;
+    (fit.aic, fit.bic) = (lowest.aic, lowest.bic);
     valley.widen(fit, &limit);
     let error = (low.zip(high)).map(|(low, high)| (high - low) / (2.0 * limit.student));
     fit.parameters.push(Estimate {
@@ -509,21 +512,14 @@ mod tests {
             let n = found.measured.len() as f64;
             for fit in &found.fits {
                 let b = fit.stiffening().expect("looked for").value;
-                let options = Options {
-                    candidates: vec![fit.kind],
-                    ..Options::default()
-                };
-                let alone = identified(
-                    &record.stiffened(b),
-                    &options,
-                    &AtomicBool::new(false),
-                    &|_| (),
-                );
-                let alone = &alone.expect("converges").fits[0];
-                let [aic, bic] = [fit.aic - alone.aic, fit.bic - alone.bic];
+                let (stop, candidate) = (AtomicBool::new(false), Candidate::of(fit.kind));
+                let target = target_of(&record.stiffened(b), &Options::default(), &stop);
+                let best = super::super::search::search(candidate, &target, 40);
+                let alone = whitened::criteria(candidate, &target, &best.expect("converges"));
+                let [aic, bic] = [fit.aic - alone[0], fit.bic - alone[1]];
                 assert!((aic - 2.0).abs() < 1e-6, "{}: {aic}", fit.kind);
                 let small = |k: f64| 2.0 * k * (k + 1.0) / (n - 1.0 - k);
-                let k = alone.parameters.len() as f64 + 1.0;
+                let k = candidate.parameters() as f64 + 1.0;
                 let more = |order: f64| libm::log(n) + small(k + 1.0 + order) - small(k + order);
                 let [least, most] = [orders.start(), orders.end()].map(|order| more(*order));
                 let paid = least - 1e-6..=most + 1e-6;

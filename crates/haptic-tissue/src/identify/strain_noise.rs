@@ -11,10 +11,11 @@
 //!   Statistical Association 89, 1994.
 
 use super::record::Motion;
+use super::reference::normal;
 use super::{Fit, Identification, Options, Record, read};
 use haptic_quantity::digits;
 use rand_pcg::Pcg64;
-use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use rand_pcg::rand_core::SeedableRng as _;
 use std::sync::atomic::AtomicBool;
 
 /// Median of the size of normal numbers, and root of the sum of the squares of the weights of a sixth difference.
@@ -49,12 +50,6 @@ fn noise(time_s: &[f64], strain: &[f64]) -> Option<f64> {
     let range = strain.iter().map(|x| (x - strain[0]).abs());
     let range = range.fold(0.0, f64::max);
     (sigma > NOISY * range).then_some(sigma)
-}
-
-/// Near enough to a normal number: the sum of twelve uniform ones, whose variance is 1.
-fn normal(generator: &mut Pcg64) -> f64 {
-    let uniform = |_| generator.next_u64() as f64 / u64::MAX as f64 - 0.5;
-    (0..12).map(uniform).sum()
 }
 
 /// A sentence about parameters that noise of the strain moves by more than their standard errors.

@@ -12,7 +12,8 @@ use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
 use fractional_control::autoregression::Autoregression;
 use spring_pots::{
-    Binned, Contour, Elements, History, Moved, Quantity, Slope, VARIABLES, chosen, oscillation,
+    Binned, Contour, Elements, History, Mode, Moved, Quantity, Slope, VARIABLES, chosen,
+    oscillation,
 };
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -519,17 +520,84 @@ impl<'a> Target<'a> {
         elements: &Elements,
         mut each: impl FnMut(usize, Slope),
     ) {
-        let quantity = match &self.rows {
-            Rows::History(history) => return history.model(candidate.joint(), elements, &mut each),
-            Rows::Sampled(quantity, _) => *quantity,
-            Rows::Binned(binned) => binned.quantity,
-            Rows::Stepped(_) => Some(Quantity::Creep),
-        };
+        if let Rows::History(history) = &self.rows {
+            return history.model(candidate.joint(), elements, &mut each);
+        }
+        let quantity = self.quantity();
         let contour = quantity.map(|quantity| Contour::new(candidate.joint(), quantity, *elements));
         let at = |ln_x: f64| match &contour {
             Some(contour) => [contour.at(ln_x), Slope::default()],
             None => oscillation(candidate.joint(), elements, ln_x),
         };
+        self.sampled(&at, &mut each);
+    }
+
+    /// The function of time, which is that of the samples; `None` of storage and loss modulus.
+    const fn quantity(&self) -> Option<Quantity> {
+        match &self.rows {
+            Rows::History(_) => Some(Quantity::Integral),
+            Rows::Sampled(quantity, _) => *quantity,
+            Rows::Binned(binned) => binned.quantity,
+            Rows::Stepped(_) => Some(Quantity::Creep),
+        }
+    }
+
+    /// A mode of a positive spectrum, of unit size, at each sample: no logarithm taken; stresses over their scale.
+    pub(super) fn mode(&self, mode: Mode) -> Vec<f64> {
+        if let Rows::History(history) = &self.rows {
+            return history.mode(mode);
+        }
+        let quantity = self.quantity();
+        let at = |ln_x: f64| {
+            let slope = |value: f64| Slope {
+                value,
+                ..Slope::default()
+            };
+            mode.at(quantity, ln_x).map(slope)
+        };
+        let mut values = vec![0.0; self.len()];
+        self.sampled(&at, &mut |n, slope| values[n] = slope.value);
+        values
+    }
+
+    /// Least and largest ln of a time, or of 1/ω, in units of time.
+    pub(super) fn ln_times(&self) -> [f64; 2] {
+        let of_all = |all: &mut dyn Iterator<Item = f64>| {
+            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(x), high.max(x)]
+            })
+        };
+        match &self.rows {
+            Rows::History(history) => history.ends(),
+            Rows::Sampled(Some(_), ln_x) => of_all(&mut ln_x.iter().copied()),
+            Rows::Sampled(None, ln_x) => of_all(&mut ln_x.iter().map(|x| -x)),
+            Rows::Stepped(stepped) => {
+                of_all(&mut stepped.since.iter().flatten().map(|since| since[0]))
+            }
+            Rows::Binned(_) => [0.0; 2],
+        }
+    }
+
+    /// True if logarithms are compared.
+    pub(super) const fn is_logarithmic(&self) -> bool {
+        match &self.rows {
+            Rows::Sampled(..) | Rows::Binned(_) => true,
+            Rows::Stepped(stepped) => stepped.is_logarithmic,
+            Rows::History(_) => false,
+        }
+    }
+
+    /// A column, one number a residual, with the weights and through the filter.
+    pub(super) fn through(&self, column: &[f64]) -> Vec<f64> {
+        let weighted = column.iter().zip(&self.roots).map(|(x, root)| x * root);
+        let weighted: Vec<f64> = weighted.collect();
+        match self.noise.order() {
+            0 => weighted,
+            _ => self.through_filter(&weighted),
+        }
+    }
+
+    fn sampled(&self, at: &dyn Fn(f64) -> [Slope; 2], each: &mut dyn FnMut(usize, Slope)) {
         match &self.rows {
             Rows::History(_) => {}
             Rows::Stepped(stepped) => {
@@ -552,10 +620,7 @@ impl<'a> Target<'a> {
                 }
             }
             Rows::Binned(binned) => {
-                binned.model(
-                    &mut |ln_x| at(ln_x).map(|part| part.logarithm(0.0)),
-                    &mut each,
-                );
+                binned.model(&mut |ln_x| at(ln_x).map(|part| part.logarithm(0.0)), each);
             }
         }
     }

@@ -3,11 +3,11 @@
 //! closest fit → autoregression of its residuals → both sides through that filter → fit, four times
 //! criterion = n·ln(Σ e²/n) + what the first samples add + (k + order)·ln n + …       e the filtered residuals, one n and filter for all candidates
 //! ```
-//! A residual that drifts makes every criterion prefer the model that draws the drift. All candidates are compared through the noise of the
-//! closest one: through its own, one that misses the record would have its misfit excused. The filter runs along time or frequency, in each series
+//! A residual that drifts makes every criterion prefer the model that draws the drift. All candidates are compared through one noise, that
+//! of the [reference](super::reference), or without one that of the closest: through its own, one that misses the record would have its misfit excused. The filter runs along time or frequency, in each series
 //! of residuals separately. Order 0, of white noise, changes nothing. Neither does a residual that does not look like noise: more than a tenth of
-//! the record, or so smooth that its filter leaves next to nothing of it. That is what a model misses, and no drift excuses it. A record of
-//! fewer than 100 samples cannot distinguish the two, and is compared as it is.
+//! the record, or so smooth that its filter leaves next to nothing of it. That is what a model misses, and no drift excuses it. Without
+//! a reference fewer than 100 samples cannot distinguish the two, and are compared as they are.
 //!
 //! Parameters stay those of least squares: with either filter they are the same within their errors, and the errors know how alike residuals are.
 //!
@@ -30,7 +30,11 @@ const NOISE: f64 = 0.1;
 const NEW: f64 = 0.1;
 
 /// Residuals as they are weighted.
-fn residuals(candidate: Candidate, target: &Target<'_>, elements: &Elements) -> Vec<f64> {
+pub(super) fn residuals(
+    candidate: Candidate,
+    target: &Target<'_>,
+    elements: &Elements,
+) -> Vec<f64> {
     let mut all = vec![0.0; target.len()];
     target.residuals(candidate, elements, |n, root, slope| {
         all[n] = root * slope.value;
@@ -40,23 +44,23 @@ fn residuals(candidate: Candidate, target: &Target<'_>, elements: &Elements) -> 
 
 /// AIC and BIC of a candidate, from the best fit of plain residuals: by those through the filter of its own noise.
 pub(super) fn criteria(candidate: Candidate, target: &Target<'_>, best: &Best) -> [f64; 2] {
-    through(noise(candidate, target, best), candidate, target, best)
+    through(noise(candidate, target, best), candidate, target, best).0
 }
 
-/// AIC and BIC of a candidate through this filter, refitted.
+/// AIC and BIC of a candidate through this filter, refitted, and the fit.
 pub(super) fn through(
     noise: Autoregression,
     candidate: Candidate,
     target: &Target<'_>,
     best: &Best,
-) -> [f64; 2] {
+) -> ([f64; 2], Best) {
     let plain = target.averaged();
     let refitted = (noise.order() > 0).then(|| {
         let start = best.elements.variables(candidate.joint());
         polished(candidate, &plain.filtered(noise), [start].iter()).ok()
     });
     let best = refitted.flatten().unwrap_or_else(|| best.clone());
-    by(&noise, candidate, &plain, &best)
+    (by(&noise, candidate, &plain, &best), best)
 }
 
 fn by(noise: &Autoregression, candidate: Candidate, plain: &Target<'_>, best: &Best) -> [f64; 2] {

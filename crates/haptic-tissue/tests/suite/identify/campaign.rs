@@ -1,4 +1,5 @@
-//! Made tissues of every model in records of every kind, a third with slow noise: what they are chosen to be, and how often intervals hold the truth.
+//! Made tissues of every model in records of every kind, with noise of 1e-5 to 3 %, a third of it slow: what they are chosen to be, what that
+//! leaves, and how often intervals hold the truth.
 //! `CAMPAIGN_CASES` sets how many.
 
 use super::recovery::{holds, noise};
@@ -33,6 +34,7 @@ enum Kind {
     Motion,
     TwoColumns,
     Recovery,
+    EvenCreep,
 }
 
 struct Case {
@@ -56,6 +58,7 @@ impl Case {
             Kind::Motion,
             Kind::TwoColumns,
             Kind::Recovery,
+            Kind::EvenCreep,
         ];
         let kind = kinds[number as usize % kinds.len()];
         let shown = TRUTHS.iter().filter(|truth| {
@@ -64,7 +67,7 @@ impl Case {
             !(is_rigid && matches!(kind, Kind::Relaxation | Kind::Motion))
         });
         let shown: Vec<_> = shown.collect();
-        let &&(model_kind, middle) = &shown[(number / 6) as usize % shown.len()];
+        let &&(model_kind, middle) = &shown[(number / 7) as usize % shown.len()];
         let size = 10_f64.powf(random.between(-1.0, 1.0));
         let parameters = middle.iter().map(|value| match *value < 1.0 {
             true => value + random.between(-0.04, 0.04),
@@ -74,7 +77,9 @@ impl Case {
         let model = Model::from_parameters(model_kind, &parameters).expect("valid");
         let alike = if number % 3 == 2 { 0.8 } else { 0.0 };
         let count = random.between(60.0, 150.0) as usize;
+        let size = 10_f64.powf(random.between(-5.0, -1.5));
         let noise = noise(2 * count, alike, 77 * number);
+        let noise: Vec<f64> = noise.iter().map(|noise| size * noise).collect();
         Self {
             record: record(kind, &model, count, &noise),
             truth: (model_kind, parameters),
@@ -85,7 +90,7 @@ impl Case {
     fn found(&self, candidates: &[ModelKind]) -> Identification {
         let options = Options {
             candidates: candidates.to_vec(),
-            starts: 20,
+            starts: 12,
             ..Options::default()
         };
         fit(&self.record, &options)
@@ -96,16 +101,12 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
     let times = spread(0.02, 200.0, count);
     let share = |values: Vec<f64>, noise: &[f64]| -> Vec<f64> {
         let pairs = values.iter().zip(noise);
-        pairs
-            .map(|(value, noise)| value * (0.01 * noise).exp())
-            .collect()
+        pairs.map(|(value, noise)| value * noise.exp()).collect()
     };
     let sized = |values: &[f64]| -> Vec<f64> {
         let most = largest(values);
         let pairs = values.iter().zip(noise);
-        pairs
-            .map(|(value, noise)| value + 0.005 * most * noise)
-            .collect()
+        pairs.map(|(value, noise)| value + most * noise).collect()
     };
     let valid = match kind {
         Kind::Relaxation => {
@@ -132,9 +133,9 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
             let stress = sized(&model.stress(&times, &strain));
             Record::history(times, strain, stress)
         }
-        Kind::TwoColumns | Kind::Recovery => {
+        Kind::TwoColumns | Kind::Recovery | Kind::EvenCreep => {
             let is_recovery = kind == Kind::Recovery;
-            let times: Vec<f64> = match is_recovery {
+            let times: Vec<f64> = match kind != Kind::TwoColumns {
                 true => (1..=count).map(|n| 0.5 * n as f64).collect(),
                 false => times,
             };
@@ -154,14 +155,15 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
                 .iter()
                 .map(|t| 100.0 * (at(*t) - at(t - end)))
                 .collect();
-            // A machine holds a stress within white noise.
+            // A machine holds a stress within white noise, a tenth of that of its strain.
+            let size = 0.1 * noise.iter().map(|x| x.abs()).sum::<f64>() / noise.len() as f64;
             let held = super::recovery::noise(count, 0.0, count as u64);
             let stress = times.iter().enumerate().map(|(n, t)| match *t <= end {
-                true => 100.0 * (1.0 + 0.005 * held[n]),
+                true => 100.0 * (1.0 + size * held[n]),
                 false => 0.0,
             });
             let stress = stress.collect();
-            let strain = if is_recovery {
+            let strain = if kind != Kind::TwoColumns {
                 sized(&strain)
             } else {
                 share(strain, noise)
@@ -185,37 +187,63 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
     valid.expect("a record")
 }
 
+/// Root of the mean square of what the best leaves, over that of the record.
+fn left(found: &Identification) -> f64 {
+    let best = &found.fits[0];
+    let pairs = best.predicted.iter().zip(&found.measured);
+    let shares = pairs.map(|(model, measured)| match found.is_absolute {
+        true => ((model - measured).powi(2), measured * measured),
+        false => ((model / measured).ln().powi(2), 1.0),
+    });
+    let sums = shares.fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+    (sums.0 / sums.1).sqrt()
+}
+
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn made_tissues_are_chosen_as_what_they_are_or_simpler_and_held_by_their_intervals() {
     let cases = testkit::cases(6_u64);
-    let (mut right, mut inside, mut numbers) = (0, 0, 0);
+    let (mut right, mut inside, mut numbers, mut said, mut unsaid) = (0, 0, 0, 0, 0);
     for number in 0..cases {
         let case = Case::new(number);
         let (kind, parameters) = &case.truth;
-        let is_creep = matches!(case.kind, Kind::TwoColumns | Kind::Recovery);
+        let is_creep = matches!(
+            case.kind,
+            Kind::TwoColumns | Kind::Recovery | Kind::EvenCreep
+        );
         assert!(
             !is_creep || case.record.kind() == RecordKind::Creep,
             "{number}"
         );
-        let chosen = case.found(&CANDIDATES).fits[0].kind;
+        let all = case.found(&CANDIDATES);
+        let chosen = all.fits[0].kind;
         let count = |kind: ModelKind| kind.parameters().len();
         let is_right = chosen == *kind || count(chosen) < count(*kind);
         right += u64::from(is_right);
         let found = case.found(&[*kind]);
+        let over = left(&all) / left(&found);
+        let is_said = all
+            .warnings
+            .join(" ")
+            .contains("another kind of model is needed");
+        said += u64::from(is_said);
+        unsaid += u64::from(over > 1.5 && !is_said);
         let pairs = found.fits[0].parameters.iter().zip(parameters);
         let held = pairs.filter(|(one, truth)| holds(one, **truth)).count();
-        if !is_right || held < parameters.len() {
+        if !is_right || held < parameters.len() || over > 1.5 || is_said {
             println!(
-                "{number} {:?} {}: {chosen}, {held} of {}",
+                "{number} {:?} {}: {chosen}, {held} of {}, leaves {over:.2}, said {is_said}, noise {:.1e}",
                 case.kind,
                 kind,
-                parameters.len()
+                parameters.len(),
+                left(&found)
             );
         }
         (inside, numbers) = (inside + held, numbers + parameters.len());
     }
-    println!("{right} of {cases} right, {inside} of {numbers} inside");
+    println!(
+        "{right} of {cases} right, {inside} of {numbers} inside, {unsaid} unsaid, {said} said"
+    );
     assert!(
         right as f64 >= 0.9 * cases as f64 - 1.0,
         "{right} of {cases}"

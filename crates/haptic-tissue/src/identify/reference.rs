@@ -1,0 +1,303 @@
+//! The reference of a record: the positive spectrum that leaves the least of it, and the test of a candidate against it.
+//! ```text
+//! G(t) = E + η·δ(t) + Σ gₖ·e^(−t/τₖ)     J(t) = 1/E + t/η + Σ jₖ·(1 − e^(−t/τₖ))     all ≥ 0: whatever relaxes at all
+//! ratio = Σe²/(n·floor² at least), of the candidate over the reference      e both residuals through the filter of the reference's noise
+//! refused:  the ratio is above that of each of 99 records that the candidate makes with white e of its own size
+//! ```
+//! Being positive regularises the spectrum: of all τ on a grid a few modes are active, and between two rounds the grid is halved about them.
+//! The noise is what the reference leaves, and not what the closest candidate leaves, which would be excused for what it misses. The filter
+//! is that of the closest candidate as long as what the spectrum leaves is white behind it: else the candidate misses something, and the
+//! noise is what the spectrum leaves. From the start on its own, the spectrum would draw slow noise. Active modes count as parameters. A record with fewer than 25
+//! numbers has no reference: there a spectrum leaves next to nothing, and everything would be refused.
+//!
+//! - *Errors*: none; a record of which the spectrum leaves more than a tenth has white noise and no test.
+//! - *Cost*: six non-negative least squares of some 60 columns; two of them for a candidate that fits, 19 to 99 for one that does not.
+//! - *Source*: C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23; A. C. Davison, D. V. Hinkley, *Bootstrap
+//!   Methods and their Application*, 1997, section 4.2 (the test).
+
+use super::elements::Candidate;
+use super::search::Best;
+use super::target::Target;
+use super::whitened;
+use fracdiff::full_memory::nearly_least_squares;
+use fractional_control::autoregression::{Autoregression, HIGHEST_ORDER};
+use nalgebra::DMatrix;
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use rayon::prelude::*;
+use spring_pots::Mode;
+use std::ops::Range;
+
+/// Numbers of a record without which a spectrum tells nothing.
+const LEAST: usize = 25;
+/// Modes for each factor e of time, at first, and how far they go beyond the record, in ln t.
+const MODES: f64 = 2.5;
+const BEYOND: f64 = 2.5;
+/// A mode enters if it is alike what is left by this many of its deviations.
+const ALIKE: f64 = 0.3;
+const ROUNDS: usize = 6;
+/// Rounds of which each is worth another one, and share of the sum that a later one has to gain.
+const FIRST: usize = 3;
+const GAIN: f64 = 0.01;
+/// Noise is at most this share of a record, and its filter leaves at least this share of it.
+const NOISE: f64 = 0.1;
+const NEW: f64 = 0.05;
+/// Standard errors of an autocorrelation that are chance.
+const CHANCE: f64 = 3.0;
+/// Made records of the test: of a candidate that fits the first few show it. After some a ratio this many times the largest is beyond all.
+const RECORDS: [Range<u64>; 3] = [0..2, 2..19, 19..99];
+const FAR: f64 = 1.5;
+
+/// The positive spectrum of a record.
+#[derive(Clone, Debug)]
+pub(super) struct Reference<'a> {
+    /// The record through the filter of its noise.
+    target: Target<'a>,
+    noise: Autoregression,
+    /// Columns of the modes and what they are to reach, as straight as the residual is near the spectrum.
+    columns: Vec<Vec<f64>>,
+    wanted: Vec<f64>,
+    /// Σe², and the same without filter.
+    sum: f64,
+    unfiltered: f64,
+    /// Modes that are active.
+    modes: usize,
+}
+
+/// What a candidate leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Misfit {
+    /// Root of its Σe² over that of the spectrum, with or without filter, whichever is more.
+    pub(super) ratio: f64,
+    /// Active modes of the spectrum.
+    pub(super) modes: usize,
+}
+
+impl<'a> Reference<'a> {
+    /// Of a record that has enough numbers, and of which a spectrum leaves no more than noise may be; the closest candidate tells how slow its
+    /// noise is at most.
+    pub(super) fn of(target: &Target<'a>, closest: Candidate, best: &Best) -> Option<Self> {
+        let plain = target.averaged();
+        if plain.len() < LEAST {
+            return None;
+        }
+        let [low, high] = plain.ln_times();
+        let count = libm::ceil((high - low + 2.0 * BEYOND) * MODES).min(200.0);
+        let mut spacing = (high - low + 2.0 * BEYOND) / count;
+        let grid = (0..=count as usize).map(|n| Mode::Decay(low - BEYOND + spacing * n as f64));
+        let grid: Vec<Mode> = grid.chain([Mode::Spring, Mode::Dashpot]).collect();
+        let mut modes: Vec<(Mode, Vec<f64>)> = columns(&plain, grid);
+        let coarse = modes.len();
+        let is_logarithmic = plain.is_logarithmic();
+        let wanted = |n: usize| plain.wanted(n);
+        let all = 0..plain.len();
+        // The values about which logarithms are straight; 1 where differences are compared.
+        let mut about: Vec<f64> = match is_logarithmic {
+            true => all.clone().map(|n| libm::exp(wanted(n))).collect(),
+            false => vec![1.0; plain.len()],
+        };
+        let mut noise = noise_of(
+            &plain,
+            &whitened::residuals(closest, &plain, &best.elements),
+        );
+        let mut before = [f64::INFINITY, 0.0];
+        for round in 0..ROUNDS {
+            let filtered = plain.filtered(noise);
+            let straight = |column: &[f64]| -> Vec<f64> {
+                let shares = column
+                    .iter()
+                    .zip(&about)
+                    .map(|(value, about)| value / about);
+                filtered.through(&shares.collect::<Vec<f64>>())
+            };
+            let (scaled, sizes): (Vec<Vec<f64>>, Vec<f64>) = modes
+                .iter()
+                .map(|(_, column)| unit(straight(column)))
+                .unzip();
+            let reach = all.clone().map(|n| match is_logarithmic {
+                true => 1.0 - libm::log(about[n]) + wanted(n),
+                false => wanted(n),
+            });
+            let reach = filtered.through(&reach.collect::<Vec<f64>>());
+            let shares = nearly_least_squares(scaled.clone(), reach.clone(), ALIKE);
+            let mut model = vec![0.0; plain.len()];
+            let sized = shares.iter().zip(&sizes).zip(&modes);
+            for ((share, size), (_, column)) in sized.filter(|((share, _), _)| **share > 0.0) {
+                let pairs = model.iter_mut().zip(column);
+                pairs.for_each(|(model, value)| *model += share / size * value);
+            }
+            if plain.stops() || is_logarithmic && model.iter().any(|value| *value <= 0.0) {
+                return None;
+            }
+            let left = all.clone().map(|n| match is_logarithmic {
+                true => libm::log(model[n]) - wanted(n),
+                false => model[n] - wanted(n),
+            });
+            let left = plain.through(&left.collect::<Vec<f64>>());
+            let is_active = |n: &usize| shares[*n] > 0.0;
+            let active: Vec<usize> = (0..modes.len()).filter(is_active).collect();
+            let rest = left_by(&scaled, &shares, &reach);
+            let sum = square(&rest);
+            let order = noise.order() as f64;
+            let is_settled =
+                round >= FIRST && sum > (1.0 - GAIN) * before[0] && (order - before[1]).abs() < 0.5;
+            before = [sum, order];
+            if is_settled || round + 1 == ROUNDS {
+                let unfiltered = square(&left);
+                let is_noise = unfiltered < NOISE * NOISE * left.len() as f64;
+                return is_noise.then_some(Self {
+                    target: filtered,
+                    noise,
+                    columns: scaled,
+                    wanted: reach,
+                    sum,
+                    unfiltered,
+                    modes: active.len(),
+                });
+            }
+            if is_logarithmic {
+                about = model;
+            }
+            if !is_white(&filtered, &rest) {
+                noise = noise_of(&plain, &left);
+            }
+            spacing *= 0.5;
+            let beside = active.iter().flat_map(|&n| match modes[n].0 {
+                Mode::Decay(time) => vec![time - spacing, time + spacing],
+                Mode::Spring | Mode::Dashpot => Vec::new(),
+            });
+            let beside = columns(&plain, beside.map(Mode::Decay).collect());
+            let kept = active.iter().filter(|n| **n >= coarse);
+            let kept: Vec<_> = kept.map(|&n| modes[n].clone()).collect();
+            modes.truncate(coarse);
+            modes.extend(kept.into_iter().chain(beside));
+        }
+        None
+    }
+
+    /// The noise through whose filter all candidates are compared.
+    pub(super) const fn noise(&self) -> Autoregression {
+        self.noise
+    }
+
+    /// What a candidate, fitted through the filter, leaves significantly more than the spectrum; `None` if that may be chance.
+    pub(super) fn misfit(&self, candidate: Candidate, best: &Best) -> Option<Misfit> {
+        let n = self.wanted.len();
+        let mut left = vec![0.0; n];
+        let mut slopes = DMatrix::zeros(n, best.free.len());
+        (self.target).residuals(candidate, &best.elements, |n, root, slope| {
+            left[n] = root * slope.value;
+            for (k, &variable) in best.free.iter().enumerate() {
+                slopes[(n, k)] = root * slope.by[variable];
+            }
+        });
+        let floor = n as f64 * self.target.floor * self.target.floor;
+        let over = |sum: f64, least: f64| sum.max(floor) / least.max(floor);
+        let sum = square(&left);
+        let found = over(sum, self.sum);
+        if found <= 1.0 {
+            return None;
+        }
+        let fitted = slopes.qr().q();
+        let freedom = (n as f64 - (best.free.len() + self.target.nuisance) as f64).max(1.0);
+        let size = libm::sqrt(sum / freedom);
+        let made = |record: u64| {
+            let mut generator = Pcg64::seed_from_u64(record);
+            let noise: Vec<f64> = (0..n).map(|_| size * normal(&mut generator)).collect();
+            let parts = fitted.column_iter().map(|unit| {
+                let part: f64 = unit.iter().zip(&noise).map(|(a, b)| a * b).sum();
+                part * part
+            });
+            let own = square(&noise) - parts.sum::<f64>();
+            let reach = (0..n)
+                .map(|n| self.wanted[n] + left[n] + noise[n])
+                .collect::<Vec<f64>>();
+            let shares = nearly_least_squares(self.columns.clone(), reach.clone(), ALIKE);
+            over(own, square(&left_by(&self.columns, &shares, &reach)))
+        };
+        let mut most = 0.0;
+        for records in RECORDS {
+            let is_far = records.start > 2 && found > FAR * most;
+            if is_far {
+                break;
+            }
+            most = records.into_par_iter().map(made).reduce(|| most, f64::max);
+            if found <= most {
+                return None;
+            }
+        }
+        let plain = self.target.filtered(Autoregression::default());
+        let mut unfiltered = 0.0;
+        plain.residuals(candidate, &best.elements, |_, root, slope| {
+            unfiltered += root * slope.value * root * slope.value;
+        });
+        Some(Misfit {
+            ratio: libm::sqrt(found.max(over(unfiltered, self.unfiltered))),
+            modes: self.modes,
+        })
+    }
+}
+
+/// The modes with their columns, those that the record shows.
+fn columns(target: &Target<'_>, modes: Vec<Mode>) -> Vec<(Mode, Vec<f64>)> {
+    let all = modes.into_par_iter();
+    let all = all.map(|mode| (mode, target.mode(mode)));
+    all.filter(|(_, column)| column.iter().any(|value| *value != 0.0))
+        .collect()
+}
+
+/// The noise of a residual; white where it does not look like noise.
+fn noise_of(plain: &Target<'_>, left: &[f64]) -> Autoregression {
+    let series = plain.series(left);
+    let noise = Autoregression::of(&series);
+    let new: f64 = series
+        .iter()
+        .map(|part| square(&noise.whitened(part)))
+        .sum();
+    let is_small = square(left) < NOISE * NOISE * left.len() as f64;
+    // A spectrum takes what is slow out of white noise: a filter that passes more of a constant than of white noise is its doing.
+    let constant = noise.whitened(&[1.0; HIGHEST_ORDER + 1])[HIGHEST_ORDER];
+    match is_small && new > NEW * NEW * square(left) && constant < 1.0 {
+        true => noise,
+        false => Autoregression::default(),
+    }
+}
+
+fn square(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum()
+}
+
+/// A column of unit length, and the length that it had.
+fn unit(mut column: Vec<f64>) -> (Vec<f64>, f64) {
+    let size = libm::sqrt(square(&column)).max(f64::MIN_POSITIVE);
+    column.iter_mut().for_each(|value| *value /= size);
+    (column, size)
+}
+
+/// True if neighbours hang together by no more than chance.
+fn is_white(target: &Target<'_>, rest: &[f64]) -> bool {
+    let series = target.series(rest);
+    let product = |part: &&[f64]| part.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
+    let alike: f64 = series.iter().map(product).sum();
+    alike.abs() < CHANCE * square(rest) / libm::sqrt(rest.len() as f64)
+}
+
+/// What the columns with these shares leave.
+fn left_by(columns: &[Vec<f64>], shares: &[f64], reach: &[f64]) -> Vec<f64> {
+    let mut left = reach.to_vec();
+    for (column, share) in columns
+        .iter()
+        .zip(shares)
+        .filter(|(_, share)| **share > 0.0)
+    {
+        let pairs = left.iter_mut().zip(column);
+        pairs.for_each(|(left, value)| *left -= share * value);
+    }
+    left
+}
+
+/// Near enough to a normal number: the sum of twelve uniform ones, whose variance is 1.
+pub(super) fn normal(generator: &mut Pcg64) -> f64 {
+    let uniform = |_| generator.next_u64() as f64 / u64::MAX as f64 - 0.5;
+    (0..12).map(uniform).sum()
+}
