@@ -18,7 +18,7 @@ use crate::contour::{Contour, Quantity};
 use crate::cubic;
 use crate::elements::{Elements, Slope};
 use crate::joint::Joint;
-use crate::mode::Mode;
+use crate::mode::SpectralMode;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -264,7 +264,7 @@ impl History {
 
     /// The stress of each output over its scale, of a mode of unit size.
     #[must_use]
-    pub fn mode(&self, mode: Mode) -> Vec<f64> {
+    pub fn mode(&self, mode: SpectralMode) -> Vec<f64> {
         let scale = self.unit_s / self.stress_scale;
         let node = |m: usize| self.first_node + m as f64 * self.spacing;
         let nodes = (0..self.nodes).map(|m| scale * mode.at(Some(Quantity::Integral), node(m))[0]);

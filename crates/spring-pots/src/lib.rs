@@ -26,5 +26,5 @@ pub use {
     binned::Binned,
     bounded::{Effort, Minimum, Problem, Pull, minimise},
     history::{History, Moved, chosen},
-    mode::Mode,
+    mode::SpectralMode,
 };

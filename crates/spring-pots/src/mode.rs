@@ -7,7 +7,7 @@ use crate::contour::Quantity;
 
 /// A mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Mode {
+pub enum SpectralMode {
     /// A spring beside the others; of creep in series with them.
     Spring,
     /// A dashpot, likewise.
@@ -16,7 +16,7 @@ pub enum Mode {
     Decay(f64),
 }
 
-impl Mode {
+impl SpectralMode {
     /// Its share in a function of time at ln t, or without one its storage and loss modulus at ln ω, of unit size.
     #[must_use]
     pub fn at(self, quantity: Option<Quantity>, ln_x: f64) -> [f64; 2] {

@@ -242,7 +242,7 @@ struct Tried<'a> {
 }
 
 impl Tried<'_> {
-    /// What it leaves more than the reference, if that is no chance.
+    /// Misfit beyond that of the reference, if it is no chance.
     fn misfit(&self, reference: &Reference<'_>) -> Option<Misfit> {
         reference.misfit(self.candidate, self.whitened.as_ref()?)
     }

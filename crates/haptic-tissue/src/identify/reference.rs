@@ -25,7 +25,7 @@ use nalgebra::DMatrix;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
-use spring_pots::Mode;
+use spring_pots::SpectralMode;
 use std::ops::Range;
 
 /// Numbers of a record without which a spectrum tells nothing.
@@ -64,7 +64,7 @@ pub(super) struct Reference<'a> {
     modes: usize,
 }
 
-/// What a candidate leaves.
+/// Misfit of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Misfit {
     /// Root of its Σe² over that of the spectrum, with or without filter, whichever is more.
@@ -84,9 +84,12 @@ impl<'a> Reference<'a> {
         let [low, high] = plain.ln_times();
         let count = libm::ceil((high - low + 2.0 * BEYOND) * MODES).min(200.0);
         let mut spacing = (high - low + 2.0 * BEYOND) / count;
-        let grid = (0..=count as usize).map(|n| Mode::Decay(low - BEYOND + spacing * n as f64));
-        let grid: Vec<Mode> = grid.chain([Mode::Spring, Mode::Dashpot]).collect();
-        let mut modes: Vec<(Mode, Vec<f64>)> = columns(&plain, grid);
+        let grid =
+            (0..=count as usize).map(|n| SpectralMode::Decay(low - BEYOND + spacing * n as f64));
+        let grid: Vec<SpectralMode> = grid
+            .chain([SpectralMode::Spring, SpectralMode::Dashpot])
+            .collect();
+        let mut modes: Vec<(SpectralMode, Vec<f64>)> = columns(&plain, grid);
         let coarse = modes.len();
         let is_logarithmic = plain.is_logarithmic();
         let wanted = |n: usize| plain.wanted(n);
@@ -163,10 +166,10 @@ impl<'a> Reference<'a> {
             }
             spacing *= 0.5;
             let beside = active.iter().flat_map(|&n| match modes[n].0 {
-                Mode::Decay(time) => vec![time - spacing, time + spacing],
-                Mode::Spring | Mode::Dashpot => Vec::new(),
+                SpectralMode::Decay(time) => vec![time - spacing, time + spacing],
+                SpectralMode::Spring | SpectralMode::Dashpot => Vec::new(),
             });
-            let beside = columns(&plain, beside.map(Mode::Decay).collect());
+            let beside = columns(&plain, beside.map(SpectralMode::Decay).collect());
             let kept = active.iter().filter(|n| **n >= coarse);
             let kept: Vec<_> = kept.map(|&n| modes[n].clone()).collect();
             modes.truncate(coarse);
@@ -180,7 +183,7 @@ impl<'a> Reference<'a> {
         self.noise
     }
 
-    /// What a candidate, fitted through the filter, leaves significantly more than the spectrum; `None` if that may be chance.
+    /// Misfit of a candidate, fitted through the filter, beyond that of the spectrum; `None` if it may be chance.
     pub(super) fn misfit(&self, candidate: Candidate, best: &Best) -> Option<Misfit> {
         let n = self.wanted.len();
         let mut left = vec![0.0; n];
@@ -239,7 +242,7 @@ impl<'a> Reference<'a> {
 }
 
 /// The modes with their columns, those that the record shows.
-fn columns(target: &Target<'_>, modes: Vec<Mode>) -> Vec<(Mode, Vec<f64>)> {
+fn columns(target: &Target<'_>, modes: Vec<SpectralMode>) -> Vec<(SpectralMode, Vec<f64>)> {
     let all = modes.into_par_iter();
     let all = all.map(|mode| (mode, target.mode(mode)));
     all.filter(|(_, column)| column.iter().any(|value| *value != 0.0))
@@ -282,7 +285,7 @@ fn is_white(target: &Target<'_>, rest: &[f64]) -> bool {
     alike.abs() < CHANCE * square(rest) / libm::sqrt(rest.len() as f64)
 }
 
-/// What the columns with these shares leave.
+/// Residual of the columns with these shares.
 fn left_by(columns: &[Vec<f64>], shares: &[f64], reach: &[f64]) -> Vec<f64> {
     let mut left = reach.to_vec();
     for (column, share) in columns

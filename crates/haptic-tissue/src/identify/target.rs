@@ -12,7 +12,7 @@ use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
 use fractional_control::autoregression::Autoregression;
 use spring_pots::{
-    Binned, Contour, Elements, History, Mode, Moved, Quantity, Slope, VARIABLES, chosen,
+    Binned, Contour, Elements, History, Moved, Quantity, Slope, SpectralMode, VARIABLES, chosen,
     oscillation,
 };
 use std::ops::Range;
@@ -36,7 +36,7 @@ const POINTS: usize = 1000;
 /// No force transducer is better than this share of its reading (ISO 376, class 00): a smaller residual of a motion, between whose samples
 /// the strain is not known, or of what a loop rendered, does not justify another parameter.
 pub(super) const EXACT: f64 = 5e-4;
-/// The same of moduli and compliances, whose noise is as small as it shows itself: what functions of time are calculated to.
+/// Accuracy of calculated moduli and compliances, whose noise is as small as it shows itself.
 const CALCULATED: f64 = 1e-6;
 
 /// A record made ready for a fit.
@@ -543,7 +543,7 @@ impl<'a> Target<'a> {
     }
 
     /// A mode of a positive spectrum, of unit size, at each sample: no logarithm taken; stresses over their scale.
-    pub(super) fn mode(&self, mode: Mode) -> Vec<f64> {
+    pub(super) fn mode(&self, mode: SpectralMode) -> Vec<f64> {
         if let Rows::History(history) = &self.rows {
             return history.mode(mode);
         }
