@@ -41,6 +41,11 @@ export interface Identified {
   tissue_reason: string | null;
 }
 
+/** How each table is read. */
+export interface Explained {
+  read: { name: string; lines: Row[] }[];
+}
+
 const COLOURS: Omit<Line, "label">[] = [
   { colour: "--theory", width: 6 },
   { colour: "--blue" },
@@ -89,6 +94,8 @@ export class IdentifyPanel {
       this.fit();
       void this.ask();
     });
+    const explain = el("button", { type: "button" }, "How it is read");
+    explain.addEventListener("click", () => void this.explain());
     const keep = el("button", { type: "button" }, "Save as tissue");
     const feel = el("button", { type: "button", class: "primary" }, "Feel it");
     keep.addEventListener("click", () => void this.keep());
@@ -98,7 +105,7 @@ export class IdentifyPanel {
       "section",
       { class: "card identify" },
       el("h2", {}, "Identify a record"),
-      el("div", { class: "measured" }, this.file, this.rows),
+      el("div", { class: "measured" }, this.file, explain, this.rows),
       el("div", { class: "found" }, this.state, this.holder, this.tissue, this.result),
     );
   }
@@ -149,7 +156,22 @@ export class IdentifyPanel {
     this.holder.hidden = this.tissue.hidden = true;
   }
 
-  private async ask(): Promise<void> {
+  private ask(): Promise<void> {
+    return this.answered<Identified>("record", (name, found) => {
+      this.show(name, found);
+    });
+  }
+
+  /** What each column is taken for, whether or not the tables make a record. */
+  private explain(): Promise<void> {
+    return this.answered<Explained>("explain_record", (name, { read }) => {
+      this.clear();
+      say(this.state, `${name}, as it is read:`);
+      this.result.replaceChildren(...read.flatMap(({ name, lines }) => [...(read.length > 1 ? [el("h3", {}, name)] : []), ...lines.flatMap(line)]));
+    });
+  }
+
+  private async answered<Found>(question: string, show: (name: string, found: Found) => void): Promise<void> {
     const [first, ...others] = this.records;
     if (!first) return;
     const name = this.records.map((record) => record.name).join(", ");
@@ -157,13 +179,13 @@ export class IdentifyPanel {
     this.fields.refuse("");
     say(this.state, `${name} is looked at …`);
     const file = async (record: typeof first): Promise<TextFile> => ({ name: record.name, text: await record.text });
-    const question = async (): Promise<object> => {
+    const asked = async (): Promise<object> => {
       const more = await Promise.all(others.map(file));
-      return { record: { ...(await file(first)), ...(more.length === 0 ? {} : { more }), ...(await this.fields.values()) } };
+      return { [question]: { ...(await file(first)), ...(more.length === 0 ? {} : { more }), ...(await this.fields.values()) } };
     };
     try {
-      const found = await this.panel.ask<Identified>(question());
-      if (found !== null) this.show(name, found);
+      const found = await this.panel.ask<Found>(asked());
+      if (found !== null) show(name, found);
     } catch (error) {
       this.refuse(error instanceof Error ? error.message : String(error));
     }

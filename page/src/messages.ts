@@ -2,7 +2,7 @@
 // Made from what the server sends: UPDATE_MESSAGES=1 cargo test -p haptic-page --test socket messages
 
 import type { Designed } from "./control";
-import type { Identified } from "./identify";
+import type { Explained, Identified } from "./identify";
 import type { Answered } from "./loop";
 import type { FoundPlant } from "./plant-record";
 import type { Answer, Form, Hello, Judged, OpenRun, Parameter, RecordParameter, RunEntry, Unasked } from "./protocol";
@@ -43,5 +43,8 @@ example9 satisfies Whole<Answered>;
 export const example10 = {"lines":[{"level":0,"key":"","label":"","value":"","reason":""},{"level":0,"key":"","label":"","columns":[""],"rows":[[""]],"length":0}],"report":{"kind":"","samples":0,"loading":{"kind":null,"modulus":null,"poisson_ratio":null},"model":"","parameters":{"viscosity_pa_s_alpha":{"value":0,"unit":"","standard_error":0,"low_95":0,"high_95":0},"order":{"value":0,"unit":"","standard_error":0,"low_95":0,"high_95":0}},"rms_log_residual":0,"aic":0,"bic":0,"candidates":[{"model":"","rms_log_residual":0,"aic":0,"bic":0,"parameters":{"viscosity_pa_s_alpha":{"value":0,"unit":"","standard_error":0,"low_95":0,"high_95":0},"order":{"value":0,"unit":"","standard_error":0,"low_95":0,"high_95":0}}},{"model":"","rms_log_residual":0,"aic":0,"bic":0,"parameters":{"elastic_modulus_pa":{"value":0,"unit":"","standard_error":0,"low_95":0,"high_95":0}}}],"correlation":[[0,0]],"tissue":null,"figure":null,"notes":[""],"warnings":[""]},"predicted":[[0]],"x":[0],"measured":[0],"tissue_reason":null,"tissue":{"name":"","text":""}} as const;
 example10 satisfies Whole<Identified>;
 
-export const example11 = {"function":"","delay_s":0,"delay_low_s":0,"delay_high_s":0,"delay_determined":false,"offset":0,"input_before":null,"begins":"","output_read":null,"samples":0,"sample_time_s":0,"rms_residual":0,"fit":0,"bic":0,"noise_order":0,"order_reason":"","unstable_poles":0,"unstable_poles_reason":null,"numbers":[{"name":"","value":0,"standard_error":0,"determined":false}],"candidates":[{"function":"","rms_residual":0,"bic":0}],"validation":{"samples":0,"rms_residual":0,"fit":0},"warnings":[""],"x":[0],"measured":[0],"predicted":[0],"file":{"name":"","text":""}} as const;
-example11 satisfies Whole<FoundPlant>;
+export const example11 = {"read":[{"name":"","lines":[{"level":0,"key":"","label":"","columns":[""],"rows":[[""]],"length":0},{"level":0,"key":"","label":"","value":"","reason":""}]}]} as const;
+example11 satisfies Whole<Explained>;
+
+export const example12 = {"function":"","delay_s":0,"delay_low_s":0,"delay_high_s":0,"delay_determined":false,"offset":0,"input_before":null,"begins":"","output_read":null,"samples":0,"sample_time_s":0,"rms_residual":0,"fit":0,"bic":0,"noise_order":0,"order_reason":"","unstable_poles":0,"unstable_poles_reason":null,"numbers":[{"name":"","value":0,"standard_error":0,"determined":false}],"candidates":[{"function":"","rms_residual":0,"bic":0}],"validation":{"samples":0,"rms_residual":0,"fit":0},"warnings":[""],"x":[0],"measured":[0],"predicted":[0],"file":{"name":"","text":""}} as const;
+example12 satisfies Whole<FoundPlant>;

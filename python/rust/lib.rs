@@ -45,8 +45,8 @@ mod _native {
     use super::session::{PySession, open_session};
     #[pymodule_export]
     use super::tissue::{
-        PyMaterial, PyModel, find_material, identify_record, identify_tables, library, model_table,
-        restore_model,
+        PyMaterial, PyModel, explain_table, find_material, identify_record, identify_tables,
+        library, model_table, restore_model,
     };
     use pyo3::prelude::*;
 

@@ -87,6 +87,16 @@ pub(crate) fn identified(
     Ok(answer)
 }
 
+/// How tables of records are read, in lines, whether or not they make a record.
+pub(crate) fn explained(request: &RecordRequest) -> Result<Value, Failure> {
+    let question = RecordQuestion::of(&form(&request.form)?)?;
+    let read = request.read(|n, bytes| question.explained(n, &question.reader, bytes))?;
+    let read = read
+        .into_iter()
+        .map(|(rows, name)| json!({"name": name, "lines": lines(&rows)}));
+    Ok(json!({"read": read.collect::<Vec<_>>()}))
+}
+
 /// The plant in a record, tried on a second one; its file says that `program` made it.
 pub(crate) fn plant(
     request: &RecordRequest,

@@ -92,6 +92,12 @@ impl Unit {
         Self::of(column, &of_suffix(suffix)).filter(|_| !suffix.is_empty())
     }
 
+    /// The unit behind the last underscore of a name, in words.
+    pub(super) fn behind(column: Column, name: &str) -> Option<String> {
+        let (_, suffix) = name.rsplit_once('_')?;
+        Self::of_suffix(column, suffix).map(|_| of_suffix(suffix))
+    }
+
     pub(super) fn factor(&self) -> Option<f64> {
         match self {
             Self::Factor(factor) | Self::Weight(factor) => Some(*factor),
@@ -238,6 +244,19 @@ pub(super) fn foreign(unit: &str, column: Column) -> String {
         dimension.names(),
         dimension.si()
     )
+}
+
+/// The quantities that have this name, or this unit, which may stand below it.
+pub(super) fn could_be(header: &str, below: &str) -> Vec<Column> {
+    let (name, unit) = split(header);
+    let unit = unit
+        .filter(|_| below.is_empty())
+        .unwrap_or_else(|| below.to_owned());
+    let name = plain(&name);
+    let fits = |column: &Column| {
+        column.is_spelt(&name) || !unit.is_empty() && column.dimension().size(&unit).is_some()
+    };
+    Column::ALL.into_iter().filter(fits).collect()
 }
 
 /// The columns that machines write so.

@@ -4,12 +4,13 @@
 //!
 //! The numbers are found first: `decoded` makes text of bytes, `find` blocks of numbers of text, `above` its `heading` among the
 //! lines above it, `header` a quantity of a name, `segments` the rows that belong together. `numbers` reads a record's
-//! columns by what they mean, `text` columns by their names, of which that of the times may hold `instants`.
+//! columns by what they mean, which `explain` tells, `text` columns by their names, of which that of the times may hold `instants`.
 
 mod above;
 mod column;
 mod columns;
 mod error;
+mod explain;
 mod find;
 mod header;
 mod heading;
@@ -25,6 +26,7 @@ mod unit;
 pub use column::{Choice, Column};
 pub use columns::Columns;
 pub use error::TableError;
+pub use explain::ColumnRead;
 pub use find::ROWS_MOST;
 pub use header::words;
 pub use keys::{COLUMNS, FROM, SKIP_BAD_ROWS};

@@ -53,9 +53,9 @@ pub struct Segment {
     pub columns: Vec<String>,
 }
 
-struct Found {
-    column: Column,
-    place: usize,
+pub(super) struct Found {
+    pub(super) column: Column,
+    pub(super) place: usize,
     name: String,
     unit: Unit,
     /// Of the logarithms that its cells are, if they are.
@@ -87,11 +87,11 @@ impl Found {
 }
 
 /// A block under its heading, and the columns of a record in it.
-struct Part<'a> {
-    block: &'a Block,
-    heading: Heading,
-    found: Vec<Found>,
-    unclear: Vec<(Column, String)>,
+pub(super) struct Part<'a> {
+    pub(super) block: &'a Block,
+    pub(super) heading: Heading,
+    pub(super) found: Vec<Found>,
+    pub(super) unclear: Vec<(Column, String)>,
     temperature: Option<usize>,
 }
 
@@ -201,7 +201,11 @@ impl Reader {
     }
 
     /// The names above a block: those that the user's choice, or any known quantity, is found in.
-    fn heading(&self, block: &Block, before: Option<&Part>) -> Result<Heading, TableError> {
+    pub(super) fn heading(
+        &self,
+        block: &Block,
+        before: Option<&Part>,
+    ) -> Result<Heading, TableError> {
         let mut headings = block.headings();
         let mut choices = self.columns.iter();
         let is_numbered = choices.any(|choice| matches!(choice.1, Choice::Number(_)));
@@ -243,13 +247,14 @@ impl Reader {
         })
     }
 
-    fn part<'a>(&self, block: &'a Block, heading: Heading) -> Result<Part<'a>, TableError> {
+    pub(super) fn part<'a>(
+        &self,
+        block: &'a Block,
+        heading: Heading,
+    ) -> Result<Part<'a>, TableError> {
         let mut part = Part {
             found: self.named(&heading)?,
-            block,
-            heading,
-            unclear: Vec::new(),
-            temperature: None,
+            ..Part::unknown(block, heading)
         };
         let is_named =
             |is_it: fn(Column) -> bool| part.found.iter().any(|found| is_it(found.column));
@@ -513,6 +518,15 @@ impl Reader {
         })
     }
 
+    /// The first number of a column that is read, in SI units.
+    pub(super) fn first(&self, part: &Part<'_>, found: &Found) -> Option<f64> {
+        let all = part.values(found.place, 0..part.block.rows.len())?;
+        let mut numbers = all.iter().map(|cell| found.number(*cell));
+        let reach = numbers.clone().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let first = numbers.find(|number| number.is_finite())?;
+        Some(first * self.factor(found, reach, &mut Vec::new()).ok()?)
+    }
+
     /// SI units per unit of a column whose values go up to `reach`: the user's, the header's, else SI with a note.
     fn factor(
         &self,
@@ -576,9 +590,27 @@ fn keep_sweep(found: &mut Vec<Found>) {
     }
 }
 
+impl<'a> Part<'a> {
+    /// Without any column of a record.
+    pub(super) const fn unknown(block: &'a Block, heading: Heading) -> Self {
+        Self {
+            block,
+            heading,
+            found: Vec::new(),
+            unclear: Vec::new(),
+            temperature: None,
+        }
+    }
+
+    /// True of a column of temperatures, or of labels.
+    pub(super) fn tells_apart(&self, place: usize) -> bool {
+        self.temperature == Some(place) || self.labels().contains(&place)
+    }
+}
+
 impl Part<'_> {
     /// True if it has a clock and something beside it.
-    fn is_whole(&self) -> bool {
+    pub(super) fn is_whole(&self) -> bool {
         self.clock().is_some() && self.found.iter().any(|found| !is_clock(found.column))
     }
 

@@ -140,6 +140,19 @@ pub(crate) fn identify_tables<'py>(
     Ok(report)
 }
 
+/// How a table is read: its columns, its segments, and the records that they make.
+#[pyfunction]
+pub(crate) fn explain_table<'py>(
+    py: Python<'py>,
+    bytes: Vec<u8>,
+    options: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let form: RecordForm = from_python("options", options)?;
+    let question = RecordQuestion::of(&form).or_refused()?;
+    let rows = question.explained(0, &question.reader, &bytes);
+    to_python(py, &rows.or_refused()?)
+}
+
 fn report<'py>(py: Python<'py>, found: &Identification) -> PyResult<Bound<'py, PyDict>> {
     let fits = found.fits.iter().map(|fit| {
         let model = fit.to_model().ok().map(PyModel);

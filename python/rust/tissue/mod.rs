@@ -4,7 +4,7 @@ mod identified;
 mod material;
 mod model;
 
-pub(crate) use identified::{identify_record, identify_tables};
+pub(crate) use identified::{explain_table, identify_record, identify_tables};
 pub(crate) use material::{PyMaterial, find_material, library};
 pub(crate) use model::{PyModel, restore_model};
 

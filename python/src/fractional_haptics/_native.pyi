@@ -123,6 +123,7 @@ def identify_record(
 def identify_tables(
     tables: list[tuple[str, bytes]], options: dict[str, Any], progress: _Progress | None
 ) -> dict[str, Any]: ...
+def explain_table(table: bytes, options: dict[str, Any]) -> dict[str, Any]: ...
 
 class Device(Shown):
     @property

@@ -32,6 +32,7 @@ __all__ = [
     "Model",
     "ModelDescription",
     "Parameter",
+    "explain_table",
     "find",
     "identify",
     "identify_tables",
@@ -498,6 +499,43 @@ def identify_tables(
     read = [(path.name, path.read_bytes()) for path in paths]
     options = {key: value for key, value in given.items() if value is not None}
     return _identification(_native.identify_tables(read, options, progress))
+
+
+def explain_table(table: str | os.PathLike[str], *, columns: str = "", units: str = "", segment: str = "") -> dict[str, Any]:
+    """How `identify_tables` reads a table, as ``host-cli identify --explain`` tells.
+
+    Parameters
+    ----------
+    table : path
+        CSV or TSV.
+    columns, units, segment : str
+        As in `identify_tables`.
+
+    Returns
+    -------
+    dict
+        ``columns``, each with what it is taken for, its first value in SI units and what else it could be; ``segments``; ``records``, or
+        ``records_reason``; ``notes``.
+
+    Raises
+    ------
+    OSError
+        A table that cannot be read.
+    ValueError
+        A file without a row of numbers.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> gel = pathlib.Path(tempfile.mkdtemp()) / "gel.csv"
+    >>> _ = gel.write_text("t (min),G (kPa)\n0.1,1.2\n1,0.8\n10,0.5\n")
+    >>> [(one["taken_for"], one["first_value"]) for one in explain_table(gel)["columns"]]
+    [('time', 6.0), ('modulus', 1200.0)]
+    """
+    import pathlib
+
+    options = {"columns": columns, "units": units, "segment": segment}
+    return _native.explain_table(pathlib.Path(table).read_bytes(), options)
 
 
 def _fixed(fix: Mapping[str, float | tuple[float, float]] | None) -> list[str]:

@@ -380,6 +380,38 @@ impl RecordQuestion {
         records.collect()
     }
 
+    /// What a table is read as: each column and what else it could be, its segments, and the records that they make, or why they make none.
+    ///
+    /// # Errors
+    /// A file without a row of numbers.
+    pub fn explained(
+        &self,
+        file: usize,
+        reader: &Reader,
+        bytes: &[u8],
+    ) -> Result<Rows, IdentifyError> {
+        let table = read_table(bytes)?;
+        let (read, refused) = match self.read(file, reader.clone(), bytes) {
+            Ok(read) => (read, None),
+            Err(error) => (Vec::new(), Some(error.to_string())),
+        };
+        let records = read.iter().map(|one| {
+            json!({
+                "kind": one.record.kind().name(),
+                "samples": one.record.samples(),
+                "temperature_c": one.temperature_c,
+            })
+        });
+        let notes: Vec<&String> = read.iter().flat_map(|one| &one.notes).collect();
+        Ok(rows([json!({
+            "columns": reader.explained(&table),
+            "segments": reader.segments(&table).unwrap_or_default(),
+            "records": refused.is_none().then(|| records.collect::<Vec<_>>()),
+            "records_reason": refused,
+            "notes": notes,
+        })]))
+    }
+
     /// Fits records as they belong together; `names` are those of their files.
     ///
     /// # Errors

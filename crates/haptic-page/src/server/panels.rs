@@ -7,7 +7,7 @@ use super::hub::blocking;
 use super::request::{Panel, Question, Turn};
 use crate::control::designed;
 use crate::feel::locked;
-use crate::identify::{identified, plant};
+use crate::identify::{explained, identified, plant};
 use crate::surface::Surface;
 use haptic_experiment::Failure;
 use serde_json::Value;
@@ -22,6 +22,7 @@ impl Question {
             Self::Analyze(asked) => asked.analysed(),
             Self::Simulate(asked) => asked.simulated(),
             Self::Record(record) => identified(record, program, given_up),
+            Self::ExplainRecord(record) => explained(record),
             Self::PlantRecord(record) => plant(record, program, given_up),
         }
     }

@@ -119,6 +119,7 @@ pub(super) enum Question {
     Analyze(ControlRequest),
     Simulate(ControlRequest),
     Record(Box<RecordRequest>),
+    ExplainRecord(Box<RecordRequest>),
     PlantRecord(Box<RecordRequest>),
 }
 

@@ -13,7 +13,7 @@ const HEAD: &str = r#"// Examples of messages, which the types of the page must 
 // Made from what the server sends: UPDATE_MESSAGES=1 cargo test -p haptic-page --test socket messages
 
 import type { Designed } from "./control";
-import type { Identified } from "./identify";
+import type { Explained, Identified } from "./identify";
 import type { Answered } from "./loop";
 import type { FoundPlant } from "./plant-record";
 import type { Answer, Form, Hello, Judged, OpenRun, Parameter, RecordParameter, RunEntry, Unasked } from "./protocol";
@@ -125,7 +125,11 @@ fn examples(page: &mut Page, runs: &Path) -> Vec<(&'static str, Value)> {
         ),
         (
             "Identified",
-            page.ask("ask", question("identify", "record", record)),
+            page.ask("ask", question("identify", "record", record.clone())),
+        ),
+        (
+            "Explained",
+            page.ask("ask", question("identify", "explain_record", record)),
         ),
         (
             "FoundPlant",

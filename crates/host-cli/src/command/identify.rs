@@ -45,6 +45,9 @@ pub(crate) struct Arguments {
     /// List the segments of the file, and fit nothing
     #[arg(long, conflicts_with_all = ["segment", "out"], help_heading = "Table")]
     segments: bool,
+    /// Tell what each column is taken for and what else it could be, and fit nothing
+    #[arg(long, conflicts_with_all = ["segments", "out"], help_heading = "Table")]
+    explain: bool,
     #[command(flatten)]
     asked: Options<keys::Record>,
     #[command(flatten)]
@@ -60,6 +63,9 @@ impl Arguments {
         let question = RecordQuestion::of(&form)?;
         if self.segments {
             return output.report(&record::segments(&question, &self.data)?);
+        }
+        if self.explain {
+            return output.report(&record::explained(&question, &self.data)?);
         }
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;

@@ -73,3 +73,44 @@ fn bad_rows_may_be_left_out_where_that_helps() {
     assert!(message("30,x\n").ends_with("or omit the row, or give `skip_bad_rows`"));
     assert!(message("30,x\n31,x\n32,x\n33,x\n34,x\n").ends_with("or omit the row"));
 }
+
+#[test]
+fn a_table_tells_what_each_column_is_taken_for() {
+    // Column, unit, quantity, first value in SI units | other quantities | remark.
+    const READ: &str = "\
+        1 min Some(\"time\") Some(6.0) | |
+        2 kPa Some(\"stress\") Some(1200.0) | modulus, storage, loss, complex-modulus |
+        3 % Some(\"strain\") Some(0.05) | loss-tangent |
+        4 s None None | time | time is column 1: give `columns` time=4 if it is this one
+        5 - None None | | its cells are no numbers
+        6 - None None | | its values tell segments apart
+        7 - None None | | no quantity of a record has this name or unit
+        8 mm None None | position | its name says nothing: name it by `columns`";
+    const TABLE: &str = "step time (min);stress (kPa);strain (%);total time (s);operator;step;gain;gap (mm)\n\
+                         0.1;1.2;5;3;ann;1;7;1\n1;0.8;5;60;ann;1;7;1\n10;0.5;5;600;ann;1;7;1\n";
+    let table = read_table(TABLE.as_bytes()).expect("a table");
+    let read = Reader::default().explained(&table);
+    assert_eq!(read.len(), 8);
+    for (one, row) in read.iter().zip(READ.lines()) {
+        let row: Vec<&str> = row.split('|').map(str::trim).collect();
+        let unit = one.unit.as_deref().unwrap_or("-");
+        let could_be = one.could_be.clone().unwrap_or_default().join(", ");
+        let head = format!(
+            "{} {unit} {:?} {:?}",
+            one.number, one.taken_for, one.first_value
+        );
+        assert_eq!([&head, &could_be], [row[0], row[1]]);
+        let remark = one.remark.as_deref().unwrap_or_default();
+        assert!(
+            remark.starts_with(row[2]) && remark.is_empty() == row[2].is_empty(),
+            "{remark}"
+        );
+    }
+    // What cannot be read is told too.
+    let table = read_table(b"a,b\n1,2\n3,4\n").expect("a table");
+    let read = Reader::default().explained(&table);
+    assert!(
+        read.len() == 2 && read.iter().all(|one| one.taken_for.is_none()),
+        "{read:?}"
+    );
+}

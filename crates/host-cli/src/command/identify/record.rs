@@ -29,6 +29,29 @@ pub(super) fn segments(question: &RecordQuestion, paths: &[PathBuf]) -> Result<V
     Ok(json!({"segments": listed}))
 }
 
+/// How tables are read.
+pub(super) fn explained(question: &RecordQuestion, paths: &[PathBuf]) -> Result<Value, Failure> {
+    let mut read = Vec::new();
+    for (file, path) in paths.iter().enumerate() {
+        if is_ours(&question.reader, path)? {
+            return Err(Failure::bad_input(format_args!(
+                "{} is a log of ours, whose columns are known: host-cli log info tells what is in it; omit --explain",
+                path.display()
+            )));
+        }
+        let (reader, bytes) = opened(&question.reader, path)?;
+        let rows = question.explained(file, &reader, &bytes);
+        read.push((path, rows.map_err(|error| table::wrong(path, error))?));
+    }
+    Ok(match &read[..] {
+        [(_, one)] => json!(one),
+        all => all
+            .iter()
+            .map(|(path, rows)| (path.display().to_string(), json!(rows)))
+            .collect(),
+    })
+}
+
 /// The bytes of a table, or of a log that is read as one, and how to read them.
 fn opened(reader: &Reader, path: &Path) -> Result<(Reader, Vec<u8>), Failure> {
     let mut reader = reader.clone();
