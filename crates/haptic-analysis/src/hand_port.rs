@@ -123,7 +123,7 @@ impl HandPort {
         let poles = poles(a);
         let sizes = || poles.iter().map(|pole| pole.norm());
         let fastest = sizes().fold(0.0, f64::max);
-        // What rounding leaves of a pole on the axis.
+        // Rounding leaves so much of a pole on the axis.
         let rounding = 1e-9 * fastest;
         if poles
             .iter()

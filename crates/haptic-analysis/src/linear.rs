@@ -139,7 +139,7 @@ fn pair(pole: Complex<f64>) -> (Vec<f64>, Vec<f64>) {
     )
 }
 
-/// Poles of the plant. Those at rest are 0 itself: how many they are is told by what A and A² do not move, as rounding leaves of a double
+/// Poles of the plant. Those at rest are 0 itself, as many as directions that A and A² do not move: rounding leaves of a double
 /// one a pair of some 1e-8, which grows or falls.
 pub(crate) fn poles(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
     let mut poles: Vec<Complex<f64>> = fracdiff::eigenvalues(a.as_slice(), a.nrows());

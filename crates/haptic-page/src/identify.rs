@@ -87,7 +87,7 @@ pub(crate) fn identified(
     Ok(answer)
 }
 
-/// How tables of records are read, in lines, whether or not they make a record.
+/// The columns of tables as they are read, in lines, whether or not they make a record.
 pub(crate) fn explained(request: &RecordRequest) -> Result<Value, Failure> {
     let question = RecordQuestion::of(&form(&request.form)?)?;
     let read = request.read(|n, bytes| question.explained(n, &question.reader, bytes))?;

@@ -127,7 +127,7 @@ impl Block {
         if let Some(label) = &self.label {
             return Some(brief(label));
         }
-        const WORDS: &str = "step, interval, segment, sweep, set, cycle, abschnitt, temperature, test, result, specimen";
+        const WORDS: &str = "step, interval, segment, sweep, set, cycle, abschnitt, temperature, test, result, specimen, sheet";
         let above = self.above.iter().rev();
         let lines = above.filter(|(line, _)| *line < heading.line);
         let mut texts = lines.take(LINES).map(|(_, row)| {

@@ -22,6 +22,8 @@ mod segments;
 mod text;
 mod text_file;
 mod unit;
+#[cfg(feature = "workbook")]
+mod workbook;
 
 pub use column::{Choice, Column};
 pub use columns::Columns;
@@ -32,5 +34,5 @@ pub use header::words;
 pub use keys::{COLUMNS, FROM, SKIP_BAD_ROWS};
 pub use lines::{are_few, passed, rows_named};
 pub use numbers::{Reader, Segment};
-pub use text::{RecordColumns, TABLE_MOST, TextTable, read_chosen, read_record, read_table};
-pub use text_file::{TEXT_MOST, read_bytes, read_text};
+pub use text::{RecordColumns, TextTable, read_chosen, read_record, read_table};
+pub use text_file::{TABLE_MOST, TEXT_MOST, read_bytes, read_text};

@@ -6,11 +6,10 @@ use super::find::{Block, Blocks};
 use super::header::{Unit, foreign, understand};
 use super::heading::{Heading, are_units};
 use super::lines::{brief, rows_named, wrong};
-use super::text_file::decoded;
+use super::text_file::{TABLE_MOST, decoded};
+#[cfg(feature = "workbook")]
+use super::workbook::text_of;
 use csv::StringRecord;
-
-/// Largest size of a table, bytes.
-pub const TABLE_MOST: u64 = 1 << 28;
 
 /// The blocks of numbers of a table with what stands above them, not yet numbers, with lines for messages.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,8 +46,13 @@ impl TextTable {
                 "the table is longer than {TABLE_MOST} bytes: cut it into pieces, or omit unneeded columns"
             )));
         }
-        let refused = |why| TableError::Whole(format!("{why}: export the table as CSV"));
-        let text = decoded(bytes).map_err(refused)?;
+        let refused = |why: &str| TableError::Whole(format!("{why}: export the table as CSV"));
+        #[cfg(feature = "workbook")]
+        let workbook = text_of(bytes).transpose().map_err(|why| refused(&why))?;
+        #[cfg(not(feature = "workbook"))]
+        let workbook = None::<String>;
+        let text =
+            workbook.map_or_else(|| decoded(bytes).map_err(refused), |text| Ok(text.into()))?;
         if text.trim().is_empty() {
             return Err(TableError::Whole(
                 "the table is empty: give a header and rows of numbers below it".to_owned(),

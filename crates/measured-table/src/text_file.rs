@@ -9,6 +9,9 @@ use std::path::Path;
 /// Largest size of an experiment or tissue file, bytes.
 pub const TEXT_MOST: u64 = 1 << 20;
 
+/// Largest size of a table, bytes.
+pub const TABLE_MOST: u64 = 1 << 28;
+
 /// The bytes of a file, up to one more than these.
 ///
 /// # Errors

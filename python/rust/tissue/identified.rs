@@ -140,7 +140,7 @@ pub(crate) fn identify_tables<'py>(
     Ok(report)
 }
 
-/// How a table is read: its columns, its segments, and the records that they make.
+/// Explains a table: its columns, its segments, and the records that they make.
 #[pyfunction]
 pub(crate) fn explain_table<'py>(
     py: Python<'py>,

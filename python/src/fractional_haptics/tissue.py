@@ -411,7 +411,7 @@ def identify_tables(
     Parameters
     ----------
     tables : path
-        CSV or TSV, as instruments write them; several are motions of one tissue, unless ``replicates`` or ``master_curve_c`` is
+        CSV, TSV or XLSX, as instruments write them; several are motions of one tissue, unless ``replicates`` or ``master_curve_c`` is
         given.
     kind, strain, stress_pa
         Kind of the record, and the value that is held where no column has it.
@@ -507,7 +507,7 @@ def explain_table(table: str | os.PathLike[str], *, columns: str = "", units: st
     Parameters
     ----------
     table : path
-        CSV or TSV.
+        CSV, TSV or XLSX.
     columns, units, segment : str
         As in `identify_tables`.
 

@@ -380,7 +380,7 @@ impl RecordQuestion {
         records.collect()
     }
 
-    /// What a table is read as: each column and what else it could be, its segments, and the records that they make, or why they make none.
+    /// Explains a table: each column and what else it could be, its segments, and the records that they make, or why they make none.
     ///
     /// # Errors
     /// A file without a row of numbers.

@@ -21,7 +21,7 @@ use std::time::SystemTime;
 /// Fits fractional models, reports how certain each parameter is and which model the record
 /// supports, and writes a tissue file for relax --tissue.
 ///
-/// DATA is CSV or TSV with a header, or a log (*.mcap); of a log that somebody else wrote --columns
+/// DATA is CSV, TSV or XLSX with a header, or a log (*.mcap); of a log that somebody else wrote --columns
 /// names fields, as in force=/topic.field. Known headers: `time_s`,
 /// `relaxation_modulus_pa`, `creep_compliance_per_pa`, strain, `stress_pa`, `force_n`,
 /// `position_m`, `omega_rad_s`, `storage_modulus_pa`, `loss_modulus_pa`, and those of rheometers
@@ -39,7 +39,7 @@ use std::time::SystemTime;
     after_help = "Example: host-cli identify relaxation.csv --strain 5% --area 4cm2 --out my-tissue.toml"
 )]
 pub(crate) struct Arguments {
-    /// CSV or TSV with a header, or a log (*.mcap); several motions of one tissue are fitted together
+    /// CSV, TSV or XLSX with a header, or a log (*.mcap); several motions of one tissue are fitted together
     #[arg(value_name = "DATA", required = true)]
     data: Vec<PathBuf>,
     /// List the segments of the file, and fit nothing

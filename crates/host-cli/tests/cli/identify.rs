@@ -345,3 +345,24 @@ fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
     let warning = "1 row (line 2) left out, outside the range asked for";
     assert_says(&ended.succeeded_with_warnings().stdout, warning);
 }
+
+#[test]
+fn a_table_is_explained_whether_or_not_it_is_a_record() {
+    let place = place();
+    place.write("gel.csv", "t (min),G (kPa)\n0.1,1.2\n1,0.8\n10,0.5\n");
+    let report = place.json("identify gel.csv --explain");
+    assert_eq!(report["columns"][0]["first_value"], 6.0);
+    assert_eq!(report["records"][0]["kind"], "relaxation");
+    place.write("plain.csv", "a,b\n1,2\n3,4\n");
+    let report = place.json("identify plain.csv --explain");
+    assert_eq!(report["records"], serde_json::Value::Null);
+    let reason = report["records_reason"].as_str().unwrap_or_default();
+    assert!(
+        reason.contains("give `columns`") || reason.contains("give --columns"),
+        "{report}"
+    );
+    let log = place
+        .run("identify gel.csv --explain --out gel.toml")
+        .failed(2);
+    assert_says(&log.stderr, "cannot be used with");
+}

@@ -2,3 +2,5 @@
 
 mod shapes;
 mod units;
+#[cfg(feature = "workbook")]
+mod workbook;

@@ -650,7 +650,7 @@ impl OnPlant {
         self.port.felt(law, gain, self.path, t, omega)
     }
 
-    /// Where a hand feels the least damping, if that is below 0: there the loop gives it energy.
+    /// The least damping that a hand feels, if it is below 0: there the loop gives it energy.
     fn active(
         &self,
         wall: &SampledWall,

@@ -29,7 +29,7 @@ pub(super) fn segments(question: &RecordQuestion, paths: &[PathBuf]) -> Result<V
     Ok(json!({"segments": listed}))
 }
 
-/// How tables are read.
+/// The columns of tables as they are read.
 pub(super) fn explained(question: &RecordQuestion, paths: &[PathBuf]) -> Result<Value, Failure> {
     let mut read = Vec::new();
     for (file, path) in paths.iter().enumerate() {
