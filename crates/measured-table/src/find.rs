@@ -177,6 +177,17 @@ impl Block {
         }
     }
 
+    /// Parts a line of names that are apart by spaces above cells that are not.
+    fn part_names(&mut self) {
+        let columns = self.columns();
+        for (_, row) in self.above.iter_mut().filter(|(_, row)| row.len() == 1) {
+            let (_, names) = wide_cells(&row[0]);
+            if columns > 1 && names.len() == columns {
+                *row = names.into();
+            }
+        }
+    }
+
     /// Leaves out the first cell of rows that have one more than the line above them, as R writes their names: nothing, words, or, where
     /// `may_count`, the numbers from 1 on.
     fn drop_row_names(&mut self, may_count: bool) {
@@ -517,6 +528,7 @@ impl Blocks {
             .into_iter()
             .partition(|(line, _)| *line < first);
         block.drop_names();
+        block.part_names();
         block.drop_row_names(self.spaced || self.tabs);
         self.blocks.push(block);
     }

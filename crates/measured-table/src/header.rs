@@ -57,7 +57,7 @@ pub(super) fn split(header: &str) -> (String, Option<String>) {
 }
 
 /// Normalised primes, spaces and capitals.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     let primes = name
         .replace(['′', '’', '´', '`'], "'")
         .replace(['″', '”', '"'], "''")

@@ -162,38 +162,15 @@ impl<const N: usize> RecordColumns<N> {
     }
 }
 
-/// Columns chosen by their positions in the header, and the line of each row.
-///
-/// # Errors
-/// As [`read_record`]; columns that the choice refuses, with the line of the header.
-pub fn read_chosen<const N: usize>(
-    bytes: &[u8],
-    mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
-) -> Result<(Vec<u64>, [Vec<f64>; N]), TableError> {
-    let mut choose = |_: &Block, heading: &Heading| {
-        let names: Vec<&str> = heading.names.iter().map(String::as_str).collect();
-        choose(&names)
-    };
-    let (chosen, _) = Chosen::of(bytes, &mut choose)?;
-    // The last choice may not have been the one that was taken.
-    let line = chosen.heading.line;
-    let places = choose(&chosen.block, &chosen.heading).map_err(|why| wrong(line, &why))?;
-    let found = chosen.numbers(places.map(Some))?;
-    match chosen.block.blank.or(found.gaps.first().copied()) {
-        Some(line) => Err(wrong(line, NO_VALUE)),
-        None => Ok((found.lines, found.columns)),
-    }
-}
-
 /// A block of a table and what was chosen to stand above it.
-struct Chosen {
+pub(super) struct Chosen {
     block: Block,
-    heading: Heading,
+    pub(super) heading: Heading,
 }
 
 impl Chosen {
     /// The one block with a line of names that a choice takes; else what the choice says of the line that has the most names.
-    fn of<T>(
+    pub(super) fn of<T>(
         bytes: &[u8],
         mut choose: impl FnMut(&Block, &Heading) -> Result<T, String>,
     ) -> Result<(Self, T), TableError> {
@@ -258,6 +235,18 @@ impl Chosen {
             columns: places.map(column).map(Option::unwrap_or_default),
             gaps,
         })
+    }
+
+    /// As [`numbers`](Self::numbers), of which no row may lack one.
+    pub(super) fn complete<const N: usize>(
+        &self,
+        places: [Option<usize>; N],
+    ) -> Result<RecordColumns<N>, TableError> {
+        let found = self.numbers(places)?;
+        match self.block.blank.or(found.gaps.first().copied()) {
+            Some(line) => Err(wrong(line, NO_VALUE)),
+            None => Ok(found),
+        }
     }
 
     /// Seconds in the unit of a column of time, which its name or the line below says.
