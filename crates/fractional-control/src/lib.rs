@@ -57,6 +57,8 @@ mod shaped;
 mod simulate;
 #[cfg(feature = "std")]
 mod state_space;
+#[cfg(feature = "std")]
+mod sum;
 mod transfer;
 #[cfg(feature = "std")]
 pub mod tuning;
@@ -88,8 +90,9 @@ pub use {
     curves::ControllerParameters,
     enclosure::SampledLaw,
     identify::{
-        DeadTime, FreeNumber, Identified, InputOutputRecord, StartState, WholeGuess, WholeShape,
-        identify, identify_coefficients, whole_guess,
+        DeadTime, FreeNumber, Identified, IdentifiedResponse, InputOutputRecord, KramersKronig,
+        StartState, WholeGuess, WholeShape, identify, identify_coefficients, identify_response,
+        kramers_kronig, search_response, whole_guess,
     },
     list::{BranchList, ControllerList, LawList, LeadList, ParallelList},
     loaded::{LoadedPlant, TwoPort},
@@ -101,6 +104,7 @@ pub use {
     setup::{ControllerSetup, Feedback, UseController, rule_of_scheme},
     simulate::{Response, StepShape, simulate},
     state_space::StateSpace,
+    sum::SumOfParts,
     verdict::SampledControlLoop,
 };
 

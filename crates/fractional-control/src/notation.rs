@@ -21,6 +21,17 @@ pub(crate) fn read(text: &str) -> Result<(FractionalTransferFunction, f64), Cont
     Ok((function, value.delay_s))
 }
 
+/// The summands of a text that [`read`] takes.
+#[cfg(feature = "std")]
+pub(crate) fn summands(text: &str) -> Result<std::vec::Vec<Quotient>, ControlError> {
+    let mut reader = Reader::of(text);
+    let mut all = std::vec![reader.summand()?];
+    while reader.peek().is_some() {
+        all.push(reader.summand()?);
+    }
+    Ok(all)
+}
+
 /// The place of the first factor that follows a division with neither sign nor brackets, as (s+2)
 /// in 1/(s+1)(s+2): it multiplies the whole, where a reader may take it for a part of the
 /// denominator. `None` without one, or if the text is not in this notation.
@@ -42,12 +53,7 @@ impl Quotient {
     }
 
     fn with_place(text: &str) -> Result<(Self, Option<usize>), ControlError> {
-        let mut reader = Reader {
-            text: text.as_bytes(),
-            at: 0,
-            depth: 0,
-            loose: None,
-        };
+        let mut reader = Reader::of(text);
         let value = reader.sum()?;
         if reader.peek().is_some() {
             return Err(reader.wrong("+, -, *, / or the end"));
@@ -111,30 +117,37 @@ impl Reader<'_> {
     }
 
     fn sum(&mut self) -> Result<Quotient, ControlError> {
-        let minus = Quotient::of(Term::new(-1.0, 0.0))?;
-        let mut sum = if self.takes(b'-') {
-            self.product()?.times(&minus)?
-        } else {
-            self.product()?
-        };
+        let mut sum = self.summand()?;
         loop {
             let start = self.at;
-            let next = match self.peek() {
-                Some(b'+') => {
-                    self.at += 1;
-                    self.product()?
-                }
-                Some(b'-') => {
-                    self.at += 1;
-                    self.product()?.times(&minus)?
-                }
-                _ => return Ok(sum),
-            };
+            if !matches!(self.peek(), Some(b'+' | b'-')) {
+                return Ok(sum);
+            }
+            let next = self.summand()?;
             if sum.delay_s != 0.0 || next.delay_s != 0.0 {
                 self.at = start;
                 return Err(self.wrong("a factor (a dead time must precede the whole function)"));
             }
             sum = sum.plus(&next)?;
+        }
+    }
+
+    /// A product with the sign before it.
+    fn summand(&mut self) -> Result<Quotient, ControlError> {
+        if self.takes(b'-') {
+            let minus = Quotient::of(Term::new(-1.0, 0.0))?;
+            return self.product()?.times(&minus);
+        }
+        self.takes(b'+');
+        self.product()
+    }
+
+    const fn of(text: &str) -> Reader<'_> {
+        Reader {
+            text: text.as_bytes(),
+            at: 0,
+            depth: 0,
+            loose: None,
         }
     }
 
@@ -381,13 +394,13 @@ impl Quotient {
                 ..*self
             });
         }
-        let (left, right) = (
-            self.above.times(&other.below)?,
-            other.above.times(&self.below)?,
-        );
+        // A power of s below both stands there once.
+        let common = libm::fmin(self.below.lowest(), other.below.lowest());
+        let [own, others] = [self.below, other.below].map(|below| below.divided_by_power(common));
+        let (left, right) = (self.above.times(&others)?, other.above.times(&own)?);
         Ok(Self {
             above: left.plus(&right)?,
-            below: self.below.times(&other.below)?,
+            below: self.below.times(&others)?,
             delay_s: self.delay_s,
         })
     }

@@ -1,5 +1,6 @@
 //! Model less record, as a problem of least squares.
 
+use super::numbers::Numbers;
 use super::record::{
     DeadTime, Free, FreeNumber, InputOutputRecord, StartState, UNFIT, answers_at_once,
 };
@@ -31,9 +32,7 @@ pub(super) struct Ran {
 }
 
 pub(super) struct Fit<'a> {
-    guess: FractionalTransferFunction,
-    freedom: Free,
-    free: Vec<FreeNumber>,
+    numbers: Numbers,
     parameters: DVector<f64>,
     memory: PowerMemory,
     record: InputOutputRecord<'a>,
@@ -47,31 +46,6 @@ pub(super) struct Fit<'a> {
     left: DVector<f64>,
 }
 
-/// An order; of a coefficient the logarithm of its size, or what it is times the size of its guess; the dead time in samples.
-fn value(
-    function: &FractionalTransferFunction,
-    freedom: Free,
-    late: f64,
-    number: FreeNumber,
-) -> f64 {
-    let (above, below) = (function.numerator().terms(), function.denominator().terms());
-    let coefficient = |term: &Term| match freedom {
-        Free::All => libm::log(term.coefficient.abs()),
-        Free::Coefficients | Free::Above => term.coefficient.signum(),
-    };
-    match number {
-        FreeNumber::NumeratorCoefficient(n) => coefficient(&above[n]),
-        FreeNumber::NumeratorOrder(n) => above[n].order,
-        FreeNumber::DenominatorCoefficient(n) => coefficient(&below[n]),
-        FreeNumber::DenominatorOrder(n) => below[n].order,
-        FreeNumber::DeadTime => late,
-    }
-}
-
-/// Step of a difference to one side, of a coefficient: the modes of a memory do not depend on it, so that only rounding limits it.
-const STEP: f64 = 1e-6;
-/// Step of a central difference, of an order: the modes of a memory change with it, and with them its error.
-const STEP_OF_ORDER: f64 = 1e-4;
 /// Orders nearer than this to a whole number become that number: no record separates them, and a plant of whole orders is sampled exactly.
 const WHOLE: f64 = 1e-4;
 
@@ -220,23 +194,15 @@ const NONE: f64 = 1e3;
 
 impl<'a> Fit<'a> {
     pub(super) fn new(
-        guess: FractionalTransferFunction,
-        freedom: Free,
-        free: Vec<FreeNumber>,
+        numbers: Numbers,
         memory: PowerMemory,
         record: InputOutputRecord<'a>,
         steps: usize,
     ) -> Self {
-        let late = record.late();
-        let begin = free
-            .iter()
-            .map(|number| value(&guess, freedom, late, *number));
-        let begin = DVector::from_iterator(free.len(), begin);
+        let begin = numbers.begin(record.late());
         let mut fit = Self {
             parameters: begin.clone(),
-            guess,
-            freedom,
-            free,
+            numbers,
             memory,
             record,
             steps,
@@ -248,35 +214,35 @@ impl<'a> Fit<'a> {
         fit
     }
 
-    /// The dead time, in samples: a search may step below 0.
+    /// The dead time, in samples.
     fn late(&self, parameters: &DVector<f64>) -> f64 {
-        match self.free.last() {
-            Some(FreeNumber::DeadTime) => parameters[self.free.len() - 1].max(0.0),
-            _ => self.record.late(),
-        }
+        let free = self.numbers.late(parameters);
+        free.unwrap_or_else(|| self.record.late())
     }
 
-    /// The run of a function over the record, `late` samples late, from the start that fits best.
+    /// The run of the parts over the record, `late` samples late, from the start that fits best.
     /// ```text
     /// y − G·u = c − u_p·(G·1) + Σ x_i·r_i,   by least squares
     /// ```
-    fn ran(&self, function: &FractionalTransferFunction, late: f64) -> Result<Ran, ControlError> {
-        let mut output = self.responded(function, &self.record, late)?;
+    fn ran(&self, parts: &[FractionalTransferFunction], late: f64) -> Result<Ran, ControlError> {
+        let mut output = self.summed(parts, &self.record, late)?;
         let ones = vec![1.0; output.len()];
         let constant = InputOutputRecord {
             input: &ones,
             ..self.record
         };
-        let moves = self.record.start == StartState::Moving && self.is_exact(function);
+        let single = parts.first().filter(|_| parts.len() == 1);
+        let single = single.filter(|_| self.numbers.runs_exactly(parts));
+        let single = single.filter(|_| self.record.start == StartState::Moving);
         let mut motions = match self.record.start {
             StartState::Rest | StartState::Offset => vec![],
-            StartState::Moving if moves => self.free_motions(function, late)?,
-            StartState::Settled | StartState::Moving => {
-                vec![self.responded(function, &constant, late)?]
-            }
+            StartState::Settled | StartState::Moving => match single {
+                Some(function) => self.free_motions(function, late)?,
+                None => vec![self.summed(parts, &constant, late)?],
+            },
         };
         let is_open = self.record.start != StartState::Rest
-            && !(moves && function.denominator().lowest() > 0.0);
+            && single.is_none_or(|function| function.denominator().lowest() <= 0.0);
         if is_open {
             motions.push(ones.clone());
         }
@@ -292,7 +258,7 @@ impl<'a> Fit<'a> {
             let pairs = output.iter_mut().zip(motion);
             pairs.for_each(|(y, modelled)| *y += share * modelled);
         }
-        let is_settled = shares.len() == 2 && !moves;
+        let is_settled = shares.len() == 2 && single.is_none();
         Ok(Ran {
             output,
             offset: shares.last().filter(|_| is_open).copied().unwrap_or(0.0),
@@ -301,8 +267,19 @@ impl<'a> Fit<'a> {
         })
     }
 
-    fn is_exact(&self, function: &FractionalTransferFunction) -> bool {
-        self.freedom.runs_exactly(function)
+    /// The output of the parts from rest, added in their order.
+    fn summed(
+        &self,
+        parts: &[FractionalTransferFunction],
+        record: &InputOutputRecord<'_>,
+        late: f64,
+    ) -> Result<Vec<f64>, ControlError> {
+        let mut sum = vec![0.0; record.input.len()];
+        for part in parts {
+            let output = self.responded(part, record, late)?;
+            sum.iter_mut().zip(output).for_each(|(sum, y)| *sum += y);
+        }
+        Ok(sum)
     }
 
     /// The motions without input from each state, and that by what acted within a dead time.
@@ -350,10 +327,8 @@ impl<'a> Fit<'a> {
         record: &InputOutputRecord<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
-        let exact = self
-            .is_exact(function)
-            .then(|| exact(function, record, late))
-            .flatten();
+        let is_exact = self.numbers.freedom.runs_exactly(function);
+        let exact = is_exact.then(|| exact(function, record, late)).flatten();
         exact.unwrap_or_else(|| self.by_rule(function, record, late))
     }
 
@@ -363,7 +338,7 @@ impl<'a> Fit<'a> {
         record: &InputOutputRecord<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
-        if answers_at_once(function) && function.denominator().degree() > 0.0 {
+        if answers_at_once(function) {
             let [above, below] = [function.numerator(), function.denominator()];
             let direct = above.terms()[0].coefficient / below.terms()[0].coefficient;
             let now = record.now_late(late).into_iter().map(|u| direct * u);
@@ -422,9 +397,12 @@ impl<'a> Fit<'a> {
     }
 
     /// All of a function, as far as they can be made.
-    fn integrals(&self, function: &FractionalTransferFunction) -> Vec<(f64, Integral<f64, MODES>)> {
-        let (entries, count) = entries(function).unwrap_or_default();
-        let mut fractions: Vec<f64> = entries[..count].iter().map(|e| e.fraction).collect();
+    fn integrals(&self, parts: &[FractionalTransferFunction]) -> Vec<(f64, Integral<f64, MODES>)> {
+        let of_part = |part| {
+            let (entries, count) = entries(part).unwrap_or_default();
+            entries.into_iter().take(count).map(|e| e.fraction)
+        };
+        let mut fractions: Vec<f64> = parts.iter().flat_map(of_part).collect();
         fractions.sort_by(f64::total_cmp);
         fractions.dedup();
         let all = fractions.into_iter();
@@ -432,21 +410,23 @@ impl<'a> Fit<'a> {
             .collect()
     }
 
-    /// The function, and the dead time in samples.
-    pub(super) fn found(&self) -> Result<(FractionalTransferFunction, f64), ControlError> {
-        let function = settled(&self.with(&self.parameters)?)?;
-        Ok((function, self.late(&self.parameters)))
+    /// The parts, and the dead time in samples.
+    pub(super) fn found(&self) -> Result<(Vec<FractionalTransferFunction>, f64), ControlError> {
+        let parts = self.numbers.parts(&self.parameters)?;
+        let parts = parts.iter().map(settled).collect::<Result<_, _>>()?;
+        Ok((parts, self.late(&self.parameters)))
     }
 
     /// The run of what was found: of whole orders exactly, though a rule found them. A rule that has other growing poles than its function says
     /// nothing of it.
     pub(super) fn run_of_found(
         &self,
-        function: &FractionalTransferFunction,
+        parts: &[FractionalTransferFunction],
         late: f64,
     ) -> Result<Ran, ControlError> {
-        let growing = function.unstable_poles().filter(|poles| *poles > 0);
-        if let Some(poles) = growing.filter(|_| !function.is_whole()) {
+        for function in parts.iter().filter(|part| !part.is_whole()) {
+            let growing = function.unstable_poles().filter(|poles| *poles > 0);
+            let Some(poles) = growing else { continue };
             let step = Seconds(self.record.sample_time.0 / self.steps as f64);
             let below = transfer_fraction(function, self.memory, step)?.below;
             let below = below.without_differences();
@@ -454,9 +434,9 @@ impl<'a> Fit<'a> {
                 return Err(UNFIT);
             }
         }
-        let freedom = match function.is_whole() {
+        let freedom = match parts.iter().all(FractionalTransferFunction::is_whole) {
             true => Free::Coefficients,
-            false => self.freedom,
+            false => self.numbers.freedom,
         };
         let late_s = late * self.record.sample_time.0;
         let dead_time = match self.record.dead_time {
@@ -467,39 +447,15 @@ impl<'a> Fit<'a> {
             dead_time,
             ..self.record
         };
-        let fit = Self::new(*function, freedom, vec![], self.memory, record, self.steps);
+        let numbers = Numbers::fixed(parts, freedom);
+        let fit = Self::new(numbers, self.memory, record, self.steps);
         fit.run.ok_or(UNFIT)
-    }
-
-    fn with(&self, parameters: &DVector<f64>) -> Result<FractionalTransferFunction, ControlError> {
-        let mut above = self.guess.numerator().terms().to_vec();
-        let mut below = self.guess.denominator().terms().to_vec();
-        let coefficient = |term: &mut Term, x: f64| {
-            let coefficient = term.coefficient;
-            term.coefficient = match self.freedom {
-                Free::All => libm::exp(x) * coefficient.signum(),
-                Free::Coefficients | Free::Above => x * coefficient.abs(),
-            };
-        };
-        for (number, x) in self.free.iter().zip(parameters.iter()) {
-            match *number {
-                FreeNumber::NumeratorCoefficient(n) => coefficient(&mut above[n], *x),
-                FreeNumber::NumeratorOrder(n) => above[n].order = *x,
-                FreeNumber::DenominatorCoefficient(n) => coefficient(&mut below[n], *x),
-                FreeNumber::DenominatorOrder(n) => below[n].order = *x,
-                FreeNumber::DeadTime => {}
-            }
-        }
-        if answers_at_once(&self.guess) {
-            above[0].order = below[0].order;
-        }
-        FractionalTransferFunction::new(&above, &below)
     }
 
     /// The run with other parameters.
     fn run_by(&self, parameters: &DVector<f64>) -> Option<Ran> {
-        let function = self.with(parameters).ok()?;
-        self.ran(&function, self.late(parameters)).ok()
+        let parts = self.numbers.parts(parameters).ok()?;
+        self.ran(&parts, self.late(parameters)).ok()
     }
 
     fn left_by(&self, model: Option<&Ran>) -> DVector<f64> {
@@ -519,24 +475,10 @@ impl<'a> Fit<'a> {
     }
 
     fn slopes(&self) -> DMatrix<f64> {
-        let slope = |column: usize| {
-            let moved = |step: f64| {
-                let mut parameters = self.parameters.clone();
-                parameters[column] += step;
-                self.left_by(self.run_by(&parameters).as_ref())
-            };
-            match self.free[column] {
-                FreeNumber::NumeratorCoefficient(_)
-                | FreeNumber::DenominatorCoefficient(_)
-                | FreeNumber::DeadTime => (moved(STEP) - &self.left) / STEP,
-                FreeNumber::NumeratorOrder(_) | FreeNumber::DenominatorOrder(_) => {
-                    let (up, down) = rayon::join(|| moved(STEP_OF_ORDER), || moved(-STEP_OF_ORDER));
-                    (up - down) / (2.0 * STEP_OF_ORDER)
-                }
-            }
-        };
-        let count = self.free.len();
-        let columns: Vec<DVector<f64>> = match self.freedom.runs_exactly(&self.guess) {
+        let left = |parameters: &DVector<f64>| self.left_by(self.run_by(parameters).as_ref());
+        let slope = |column| (self.numbers).slope(column, &self.parameters, &self.left, left);
+        let count = self.numbers.free.len();
+        let columns: Vec<DVector<f64>> = match self.numbers.runs_exactly(&self.numbers.guess) {
             // Too fast to be worth another core.
             true => (0..count).map(slope).collect(),
             false => (0..count).into_par_iter().map(slope).collect(),
@@ -544,27 +486,17 @@ impl<'a> Fit<'a> {
         DMatrix::from_columns(&columns)
     }
 
-    /// The free numbers, and σ²(JᵀJ)⁻¹ of their errors: relative of coefficients, in s of a dead time; infinite where the record says nothing.
+    /// The free numbers, and their covariance: relative of coefficients, in s of a dead time.
     pub(super) fn covariance(&self, left: f64) -> (Vec<FreeNumber>, DMatrix<f64>) {
-        let slopes = self.slopes();
-        let free = self.free.len();
+        let free = self.numbers.free.len();
         let numbers = free + self.run.as_ref().map_or(0, |run| run.numbers);
         let scale = left / self.record.output.len().saturating_sub(numbers).max(1) as f64;
-        let inverse = (slopes.transpose() * &slopes).try_inverse();
-        // Of a logarithm the error is relative; of a multiple of the guess it is made so.
-        let share = |n: usize| match (self.free[n], self.freedom) {
-            (FreeNumber::DeadTime, _) => self.record.sample_time.0,
-            (_, Free::All) => 1.0,
-            (_, Free::Coefficients | Free::Above) => 1.0 / self.parameters[n].abs(),
-        };
-        let covariance = DMatrix::from_fn(free, free, |n, k| match &inverse {
-            // A variance that is not above 0 is what rounding left of one that is too large.
-            Some(inverse) if n != k || inverse[(n, n)] > 0.0 => {
-                inverse[(n, k)] * scale * share(n) * share(k)
-            }
-            _ => f64::INFINITY,
-        });
-        (self.free.clone(), covariance)
+        let t = self.record.sample_time.0;
+        let covariance = (self.numbers).covariance(&self.slopes(), scale, &self.parameters, t);
+        (
+            self.numbers.free.iter().map(|free| free.1).collect(),
+            covariance,
+        )
     }
 }
 
@@ -575,9 +507,9 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Fit<'_> {
 
     fn set_params(&mut self, parameters: &DVector<f64>) {
         self.parameters.copy_from(parameters);
-        let by_rule = !self.freedom.runs_exactly(&self.guess);
-        let function = self.with(parameters).ok().filter(|_| by_rule);
-        self.integrals = function.map_or_else(Vec::new, |function| self.integrals(&function));
+        let by_rule = !self.numbers.runs_exactly(&self.numbers.guess);
+        let parts = self.numbers.parts(parameters).ok().filter(|_| by_rule);
+        self.integrals = parts.map_or_else(Vec::new, |parts| self.integrals(&parts));
         self.run = self.run_by(parameters);
         self.left = self.left_by(self.run.as_ref());
     }

@@ -1,21 +1,27 @@
 //! A fractional transfer function from a record of input and output.
 
 mod fit;
+mod numbers;
 mod record;
+mod spectrum;
 mod whole;
 
 use self::fit::{Fit, Ran};
+use self::numbers::Numbers;
 pub(crate) use self::record::UNFIT;
-use self::record::free_numbers;
 use crate::autoregression::Autoregression;
 use crate::records::largest;
-use crate::{ControlError, FractionalTransferFunction, PowerMemory, Rule, Term};
+use crate::{ControlError, FractionalTransferFunction, PowerMemory, Rule, SumOfParts, Term};
+use core::slice::from_ref;
 use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
 use levenberg_marquardt::LevenbergMarquardt;
 use nalgebra::DMatrix;
 pub use record::{DeadTime, FreeNumber, InputOutputRecord, StartState};
-pub(crate) use record::{Free, answers_at_once};
+pub(crate) use record::{Free, answers_at_once, free_numbers};
+pub use spectrum::{
+    IdentifiedResponse, KramersKronig, identify_response, kramers_kronig, search_response,
+};
 use std::vec::Vec;
 pub use whole::{WholeGuess, WholeShape, whole_guess};
 pub(crate) use whole::{next_guess, projected, solved};
@@ -26,6 +32,8 @@ pub(crate) use whole::{next_guess, projected, solved};
 pub struct Identified {
     /// The function that fits best, with the terms of the guess.
     pub function: FractionalTransferFunction,
+    /// Its parts, of a sum; the function alone of any other.
+    pub parts: Vec<FractionalTransferFunction>,
     /// The dead time before it; free if it is one of the numbers that were fitted.
     pub dead_time: DeadTime,
     /// Root mean square of the residual, in the unit of y.
@@ -42,7 +50,8 @@ pub struct Identified {
     pub start_numbers: usize,
     /// The noise expected in the residual.
     pub noise: Autoregression,
-    /// Standard errors of the free numbers, in the order of [`FreeNumber`]s, as accurate as that noise model.
+    /// Standard errors of the free numbers, in the order of [`FreeNumber`]s, those of one part after those of another, as accurate as that noise
+    /// model.
     pub standard_errors: Vec<(FreeNumber, f64)>,
     /// Covariance of these errors.
     pub(crate) covariance: DMatrix<f64>,
@@ -75,7 +84,7 @@ pub fn identify(
     guess: &FractionalTransferFunction,
     record: &InputOutputRecord<'_>,
 ) -> Result<Identified, ControlError> {
-    identify_by(guess, record, Free::All)
+    identify_by(from_ref(guess), record, Free::All)
 }
 
 /// Fits with fixed orders: only the coefficients are free, and may change their signs.
@@ -89,12 +98,12 @@ pub fn identify_coefficients(
     guess: &FractionalTransferFunction,
     record: &InputOutputRecord<'_>,
 ) -> Result<Identified, ControlError> {
-    identify_by(guess, record, Free::Coefficients)
+    identify_by(from_ref(guess), record, Free::Coefficients)
 }
 
 /// A fit of any freedom. Where the poles stay the errors are those that all coefficients have together, for the poles are as unknown as they were.
 pub(crate) fn identify_by(
-    guess: &FractionalTransferFunction,
+    guess: &[FractionalTransferFunction],
     record: &InputOutputRecord<'_>,
     freedom: Free,
 ) -> Result<Identified, ControlError> {
@@ -111,10 +120,9 @@ pub(crate) fn identify_by(
         dead_time,
         ..found.record
     };
-    let free = free_numbers(&found.function, freedom, dead_time);
-    check(&record, free.len())?;
-    let memory = memory_of(&record)?;
-    let problem = Fit::new(found.function, freedom, free, memory, record, 1);
+    let numbers = Numbers::new(&found.parts, freedom, dead_time);
+    check(&record, numbers.free.len())?;
+    let problem = Fit::new(numbers, memory_of(&record)?, record, 1);
     Ok(Searched { problem, ..found }.identified())
 }
 
@@ -124,7 +132,7 @@ pub(crate) fn least_residual(
     record: &InputOutputRecord<'_>,
     freedom: Free,
 ) -> Result<f64, ControlError> {
-    let searched = searched(guess, record, freedom)?;
+    let searched = searched(from_ref(guess), record, freedom)?;
     Ok(libm::sqrt(searched.white / record.output.len() as f64))
 }
 
@@ -140,18 +148,21 @@ const ALL_STEPS: usize = 50_000;
 
 /// The better of two fits: a record of a plant is followed by many steps of a rule in a sample, one that a rule made itself by one.
 fn searched<'a>(
-    guess: &FractionalTransferFunction,
+    guess: &[FractionalTransferFunction],
     record: &InputOutputRecord<'a>,
     freedom: Free,
 ) -> Result<Searched<'a>, ControlError> {
-    check(record, free_numbers(guess, freedom, record.dead_time).len())?;
-    let once = searched_by(guess, record, freedom, 1);
+    let numbers = Numbers::new(guess, freedom, record.dead_time);
+    check(record, numbers.free.len())?;
+    let once = searched_by(numbers.clone(), record, 1);
     let steps = (ALL_STEPS / record.input.len()).min(STEPS);
-    let found = if freedom.runs_exactly(guess) || steps < 2 {
+    let found = if numbers.runs_exactly(guess) || steps < 2 {
         once
     } else {
-        let begin = once.as_ref().map_or(*guess, |once| once.function);
-        match (once, searched_by(&begin, record, freedom, steps)) {
+        let begin = once.as_ref().map_or(guess, |once| &once.parts);
+        let often = Numbers::new(begin, freedom, record.dead_time);
+        let often = searched_by(often, record, steps);
+        match (once, often) {
             (Ok(once), Ok(often)) if once.white <= often.white => Ok(once),
             (once, Err(_)) => once,
             (_, often) => often,
@@ -162,7 +173,7 @@ fn searched<'a>(
             dead_time: DeadTime::NONE,
             ..*record
         };
-        return searched(&found.function, &prompt, freedom);
+        return searched(&found.parts, &prompt, freedom);
     }
     Ok(found)
 }
@@ -170,6 +181,7 @@ fn searched<'a>(
 struct Searched<'a> {
     problem: Fit<'a>,
     record: InputOutputRecord<'a>,
+    parts: Vec<FractionalTransferFunction>,
     function: FractionalTransferFunction,
     late: f64,
     /// Σ of the squares that are left, and of those of y less its mean.
@@ -202,6 +214,7 @@ impl Searched<'_> {
                 known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
             },
             function: of_positive_sign(self.function),
+            parts: self.parts.into_iter().map(of_positive_sign).collect(),
             model: self.run.output,
             offset: self.run.offset,
             input_before: self.run.input_before,
@@ -226,14 +239,11 @@ fn of_positive_sign(function: FractionalTransferFunction) -> FractionalTransferF
 }
 
 fn searched_by<'a>(
-    guess: &FractionalTransferFunction,
+    numbers: Numbers,
     record: &InputOutputRecord<'a>,
-    freedom: Free,
     steps: usize,
 ) -> Result<Searched<'a>, ControlError> {
-    let free = free_numbers(guess, freedom, record.dead_time);
-    let memory = memory_of(record)?;
-    let problem = Fit::new(*guess, freedom, free, memory, *record, steps);
+    let problem = Fit::new(numbers, memory_of(record)?, *record, steps);
     let (problem, report) = LevenbergMarquardt::new()
         .with_ftol((SMALL_STEP / record.input.len() as f64).min(CONVERGED[0]))
         .with_xtol(CONVERGED[1])
@@ -242,8 +252,9 @@ fn searched_by<'a>(
     if report.termination.was_usage_issue() {
         return Err(UNFIT);
     }
-    let (function, late) = problem.found().map_err(|_| UNFIT)?;
-    let run = problem.run_of_found(&function, late)?;
+    let (parts, late) = problem.found().map_err(|_| UNFIT)?;
+    let function = SumOfParts::new(parts.clone())?.function();
+    let run = problem.run_of_found(&parts, late)?;
     let output = record.output;
     let mean = output.iter().sum::<f64>() / output.len() as f64;
     let variance: f64 = output.iter().map(|y| (y - mean) * (y - mean)).sum();
@@ -258,6 +269,7 @@ fn searched_by<'a>(
         run,
         problem,
         record: *record,
+        parts,
         function,
         late,
         left,
@@ -266,20 +278,14 @@ fn searched_by<'a>(
     })
 }
 
-/// The output of a function over a record, as a fit runs it.
+/// The output of a sum of parts over a record, as a fit runs it.
 pub(crate) fn run_alone(
-    function: &FractionalTransferFunction,
+    parts: &[FractionalTransferFunction],
     record: &InputOutputRecord<'_>,
 ) -> Option<Vec<f64>> {
     let memory = memory_of(record).ok()?;
-    let fit = Fit::new(
-        *function,
-        Free::Coefficients,
-        Vec::new(),
-        memory,
-        *record,
-        1,
-    );
+    let numbers = Numbers::fixed(parts, Free::Coefficients);
+    let fit = Fit::new(numbers, memory, *record, 1);
     Some(fit.run?.output)
 }
 

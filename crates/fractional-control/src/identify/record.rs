@@ -206,12 +206,8 @@ pub(crate) fn answers_at_once(function: &FractionalTransferFunction) -> bool {
     function.numerator().degree() >= function.denominator().degree()
 }
 
-/// All but the last coefficient of the denominator, orders of 0, and the highest above of a function that answers at once; the dead time last.
-pub(super) fn free_numbers(
-    guess: &FractionalTransferFunction,
-    freedom: Free,
-    dead_time: DeadTime,
-) -> Vec<FreeNumber> {
+/// All but the last coefficient of the denominator, orders of 0, and the highest above of a function that answers at once.
+pub(crate) fn free_numbers(guess: &FractionalTransferFunction, freedom: Free) -> Vec<FreeNumber> {
     let mut free = Vec::new();
     let is_free = |order: f64| order > 0.0 && freedom == Free::All;
     for (n, term) in guess.numerator().terms().iter().enumerate() {
@@ -228,9 +224,6 @@ pub(super) fn free_numbers(
         if is_free(term.order) {
             free.push(FreeNumber::DenominatorOrder(n));
         }
-    }
-    if dead_time.is_free() {
-        free.push(FreeNumber::DeadTime);
     }
     free
 }

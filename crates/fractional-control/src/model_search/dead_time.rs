@@ -77,6 +77,7 @@ fn closest(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Option<
     });
     let least = guesses.min_by(|a, b| a.0.rms_residual.total_cmp(&b.0.rms_residual));
     least.map(|(guess, dead_time)| Guess {
+        parts: vec![],
         function: guess.function,
         has_free_orders: false,
         dead_time,
@@ -233,6 +234,7 @@ pub(super) fn gain(record: &InputOutput, held: bool, known: Option<Seconds>) -> 
     let (_, gain, late) = best;
     let one = [Term::new(1.0, 0.0)];
     Some(Guess {
+        parts: vec![],
         function: FractionalTransferFunction::new(&[Term::new(gain, 0.0)], &one).ok()?,
         has_free_orders: false,
         dead_time: DeadTime::Known(Seconds(late * t)),

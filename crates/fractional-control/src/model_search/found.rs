@@ -48,7 +48,7 @@ impl Found {
                 start: StartState::Rest,
                 ..record.as_record(true, dead_time)
             };
-            run_alone(&identified.function, &alone).map(DVector::from_vec)
+            run_alone(&identified.parts, &alone).map(DVector::from_vec)
         };
         let count = (self.numbers() + identified.start_numbers + 2) as f64;
         let enough = chance(count).max(count * libm::log(samples as f64));
@@ -74,7 +74,7 @@ impl Found {
             start: StartState::Moving,
             ..record.as_record(true, identified.dead_time)
         };
-        let began = run_alone(&identified.function, &began);
+        let began = run_alone(&identified.parts, &began);
         let began = began.map_or(f64::INFINITY, |began| {
             noise_of(&left(record, &began), floor)
         });
@@ -118,8 +118,13 @@ impl Found {
         self.identified.function.unstable_poles() == Some(0)
     }
 
+    pub(super) fn is_sum(&self) -> bool {
+        self.identified.parts.len() > 1
+    }
+
+    /// True of one function of whole orders: the parts of a sum stay as they are.
     pub(super) fn is_whole(&self) -> bool {
-        self.identified.function.is_whole()
+        self.identified.function.is_whole() && !self.is_sum()
     }
 
     /// The orders above and below.

@@ -10,10 +10,11 @@ use self::record::{left, resolved, rounding};
 use self::rest::{cancelled, comes_to_rest, integrating, order_at_rest, without_pair};
 use self::search::Search;
 use self::start::{Begin, OfShape, at_once, part, powers, starts, stretch, whole_orders};
+use self::sums::sums;
 use crate::identify::{Free, UNFIT, answers_at_once, run_alone};
 use crate::{
-    ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, StartState, Term,
-    WholeShape,
+    ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, StartState,
+    SumOfParts, Term, WholeShape,
 };
 use fracdiff::Seconds;
 use rayon::prelude::*;
@@ -28,6 +29,7 @@ mod record;
 pub(crate) mod rest;
 mod search;
 mod start;
+mod sums;
 
 /// For a first function that does not settle on its own: another that does, within the record, and
 /// that the record does not speak very strongly against: a criterion at most 10 above (A. E.
@@ -76,7 +78,7 @@ pub fn validate(
         noise: model.noise,
         ..other.as_record(held, dead_time)
     };
-    let model = run_alone(&model.function, &record)?;
+    let model = run_alone(&model.parts, &record)?;
     let power = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
     let mean = other.output.iter().sum::<f64>() / other.output.len() as f64;
     let around: Vec<f64> = other.output.iter().map(|y| y - mean).collect();
@@ -113,7 +115,8 @@ pub fn candidates(
     let mut whole = whole_orders(record, held, &dead_times, record.moves(), POLES, true);
     whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     if let Some(poles) = wanted.poles {
-        let guesses = whole.iter().filter(|guess| guess.shape.poles == poles);
+        let guesses = whole.into_iter();
+        let guesses = guesses.filter(|guess| guess.shape.poles == poles);
         return guesses.map(|guess| guess.guess).collect();
     }
     // Dead time from which fits of free orders start.
@@ -144,10 +147,15 @@ pub fn candidates(
             places.push(place);
         }
     }
-    let mut guesses: Vec<Guess> = places.iter().map(|place| whole[*place].guess).collect();
+    let mut guesses: Vec<Guess> = places
+        .iter()
+        .map(|place| whole[*place].guess.clone())
+        .collect();
+    guesses.extend(sums(record, held, dead_time, &whole));
     guesses.extend(gain(record, held, dead_time));
     let powers = powers(record, first.seconds());
     guesses.extend(swing.into_iter().chain(powers).map(|function| Guess {
+        parts: vec![],
         function,
         has_free_orders: true,
         dead_time: first,
@@ -159,7 +167,7 @@ pub fn candidates(
 /// the new input of a row and just before it, its own orders too if they are whole.
 #[must_use]
 pub fn candidates_of(
-    function: FractionalTransferFunction,
+    sum: &SumOfParts,
     record: &InputOutput,
     held: bool,
     dead_time: Option<Seconds>,
@@ -168,10 +176,16 @@ pub fn candidates_of(
     let mut dead_times = dead_times(&record.for_guesses(), held, dead_time, true);
     let first = first.filter(|first| dead_time.is_none() && first.0 < record.length_s());
     dead_times.extend(first.map(DeadTime::From));
+    let function = sum.function();
+    let parts = match sum.parts() {
+        [_] => &[],
+        parts => parts,
+    };
     let guesses = |dead_times: Vec<DeadTime>, has_free_orders| {
         let dead_times = dead_times.into_iter();
         dead_times.map(move |dead_time| Guess {
             function,
+            parts: parts.to_vec(),
             has_free_orders,
             dead_time,
         })
@@ -180,7 +194,8 @@ pub fn candidates_of(
         return guesses(dead_times, true).collect();
     }
     let dead_times = at_once(record.sample_time_s(), &dead_times);
-    let prompt = guesses(dead_times.clone(), false).filter(|_| function.is_whole());
+    let prompt = guesses(dead_times.clone(), false);
+    let prompt = prompt.filter(|_| function.is_whole() && parts.is_empty());
     prompt.chain(guesses(dead_times, true)).collect()
 }
 
@@ -237,8 +252,7 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
             let guesses = guesses
                 .iter()
                 .take(FITTED_FOR_START)
-                .map(|guess| guess.guess);
-            let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
+                .map(|guess| (guess.guess.function, guess.guess.dead_time));
             guesses.collect()
         };
     let late = dead_times.first().copied().unwrap_or(DeadTime::NONE);
@@ -320,11 +334,13 @@ pub fn identify(
     wanted: Wanted,
     done: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Found>, ControlError> {
-    let (whole, _) = guesses
-        .iter()
-        .copied()
-        .partition::<Vec<Guess>, _>(|guess| !guess.has_free_orders);
-    let is_known = !guesses.iter().any(|guess| guess.dead_time.is_free());
+    let (sums, guesses): (Vec<Guess>, Vec<Guess>) =
+        (guesses.iter().cloned()).partition(|guess| !guess.parts.is_empty());
+    let guesses = &guesses[..];
+    let whole = guesses.iter().filter(|guess| !guess.has_free_orders);
+    let whole: Vec<Guess> = whole.cloned().collect();
+    let mut all = guesses.iter().chain(&sums);
+    let is_known = !all.any(|guess| guess.dead_time.is_free());
     let mut search = Search::new(record, held, is_known);
     let (mut found, mut refused) = fitted_of_whole_orders(&search, &whole, done);
     // A function without a residual cannot be improved with as many numbers.
@@ -340,6 +356,7 @@ pub fn identify(
     };
     let most = enough(&found).unwrap_or(usize::MAX);
     let mut starts: VecDeque<Begin> = starts(record, guesses, held, most).into();
+    refused = refused.or(fit_sums(&mut found, &sums, &search, most, done));
     let free = guesses.iter().filter(|guess| guess.has_free_orders);
     done(free.count() - starts.len());
     while let Some(numbers) = starts.front().map(|start| start.numbers) {
@@ -389,6 +406,38 @@ pub fn identify(
         None if found.is_empty() => Err(UNFIT),
         _ => Ok(found),
     }
+}
+
+/// Adds sums of fewer than `most` numbers, those of the fewest first, until one leaves white noise; those of more numbers only in the reading that
+/// fits best so far. The first error.
+fn fit_sums(
+    found: &mut Vec<Found>,
+    sums: &[Guess],
+    search: &Search<'_>,
+    most: usize,
+    done: &(dyn Fn(usize) + Sync),
+) -> Option<ControlError> {
+    let white = 2.0 / libm::sqrt(search.record.output.len() as f64);
+    let mut refused = None;
+    for alike in sums.chunk_by(|a, b| a.numbers() == b.numbers()) {
+        done(alike.len());
+        let best = found.iter().filter(|candidate| candidate.is_sum());
+        let best = best.min_by(|a, b| a.bic.total_cmp(&b.bic));
+        let is_white = best.is_some_and(|best| best.neighbours.abs() <= white);
+        let reading = best.map(|best| best.identified.dead_time);
+        let fits = alike.par_iter().filter(|guess| {
+            let is_read = reading.is_none_or(|reading| reading == guess.dead_time);
+            is_read && !is_white && guess.numbers() < most
+        });
+        let fits = fits.map(|guess| search.sum_fitted(&guess.parts, guess.dead_time, Free::All));
+        for fit in fits.collect::<Vec<_>>() {
+            match fit {
+                Ok(fit) => found.push(fit),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+    }
+    refused
 }
 
 /// Betters what was found, drops what is not wanted, and puts the best first: the simplest of those that are as good.
@@ -476,6 +525,7 @@ fn fitted_of_whole_orders(
         let best = of_part.first().map(|best| best.identified.rms_residual);
         let of_part = of_part.iter().take(POLISHED).map(|guess| Guess {
             function: guess.identified.function,
+            parts: vec![],
             has_free_orders: false,
             dead_time: guess.identified.dead_time,
         });
@@ -498,7 +548,9 @@ const FAR: f64 = 10.0;
 /// Adds the best function of free orders without its last or first term below, where that leaves as little: of 7.5e13/(1.5e13s^1.19 + 1) that is
 /// 5/s^1.19, which says the same.
 fn to_their_limits(found: &mut Vec<Found>, search: &Search<'_>) {
-    let others = found.iter().filter(|candidate| !candidate.is_whole());
+    let others = found
+        .iter()
+        .filter(|candidate| !candidate.is_whole() && !candidate.is_sum());
     let Some(best) = others.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
         return;
     };
@@ -623,7 +675,7 @@ fn late_by_whole_samples(found: &mut Vec<Found>, search: &Search<'_>) {
     }
     let behind = DeadTime::Known(Seconds(whole * t));
     let most = (1.0 + ALIKE) * first.news(search.record);
-    let fit = search.fitted(&model.function, behind, first.freedom).ok();
+    let fit = search.sum_fitted(&model.parts, behind, first.freedom).ok();
     if let Some(mut fit) = fit.filter(|fit| fit.news(search.record) <= most) {
         // It was chosen, so it counts.
         fit.bic += libm::log(search.record.output.len() as f64);
@@ -637,6 +689,7 @@ fn drop_what_is_loose(found: &mut Vec<Found>, search: &Search<'_>) {
     let fewer = whole.flat_map_iter(|candidate| {
         let identified = &candidate.identified;
         let guess = Guess {
+            parts: vec![],
             function: identified.function,
             has_free_orders: false,
             dead_time: identified.dead_time,

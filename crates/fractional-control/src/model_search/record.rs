@@ -1,6 +1,7 @@
 //! A record that a transfer function is to explain, and what a model of it is measured by.
 
 use crate::autoregression::Autoregression;
+use crate::identify::{Free, free_numbers};
 use crate::records::largest;
 use crate::{DeadTime, FractionalTransferFunction, InputOutputRecord, StartState};
 use fracdiff::Seconds;
@@ -41,15 +42,28 @@ pub struct InputOutput {
 }
 
 /// A function to begin from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Guess {
     /// The function, which sets the terms and the signs of a fit.
     pub function: FractionalTransferFunction,
+    /// Its parts, of a sum, each of which keeps its terms; nothing of any other function.
+    pub parts: Vec<FractionalTransferFunction>,
     /// True if its orders are fitted with its coefficients; false if they stay.
     pub has_free_orders: bool,
     /// The dead time in front of the function.
     pub dead_time: DeadTime,
+}
+
+impl Guess {
+    /// Free numbers of its parts.
+    pub(super) fn numbers(&self) -> usize {
+        let numbers = self
+            .parts
+            .iter()
+            .map(|part| free_numbers(part, Free::All).len());
+        numbers.sum()
+    }
 }
 
 impl InputOutput {

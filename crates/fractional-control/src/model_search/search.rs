@@ -12,6 +12,7 @@ use super::record::{InputOutput, left, neighbours, resolved};
 use crate::autoregression::Autoregression;
 use crate::identify::{Free, UNFIT, identify_by};
 use crate::{ControlError, DeadTime, FractionalTransferFunction, Identified, InputOutputRecord};
+use core::slice::from_ref;
 use rayon::prelude::*;
 
 fn rms(signal: &[f64]) -> f64 {
@@ -52,8 +53,18 @@ impl<'a> Search<'a> {
         dead_time: DeadTime,
         freedom: Free,
     ) -> Result<Found, ControlError> {
+        self.sum_fitted(from_ref(function), dead_time, freedom)
+    }
+
+    /// As [`fitted`](Self::fitted), the parts of a sum.
+    pub(super) fn sum_fitted(
+        &self,
+        parts: &[FractionalTransferFunction],
+        dead_time: DeadTime,
+        freedom: Free,
+    ) -> Result<Found, ControlError> {
         let record = self.record.as_record(self.held, dead_time);
-        let fit = identify_by(function, &record, freedom)?;
+        let fit = identify_by(parts, &record, freedom)?;
         // An input that nobody recorded explains any output, if it may be as large as that takes.
         if fit.input_before.abs() > LEVELS * self.record.input_span() {
             return Err(UNFIT);
@@ -109,7 +120,7 @@ impl<'a> Search<'a> {
                 noise,
                 ..self.record.as_record(self.held, model.dead_time)
             };
-            let Ok(next) = identify_by(&model.function, &record, found.freedom) else {
+            let Ok(next) = identify_by(&model.parts, &record, found.freedom) else {
                 break;
             };
             let before = found.bic;

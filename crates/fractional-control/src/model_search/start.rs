@@ -123,7 +123,7 @@ fn of_part(part: &InputOutput, group: &[Begin], held: bool) -> Vec<Begin> {
 }
 
 /// A first guess of whole orders.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct OfShape {
     pub(super) shape: WholeShape,
     pub(super) guess: Guess,
@@ -218,6 +218,7 @@ fn every_shape(
         Some(OfShape {
             shape,
             guess: Guess {
+                parts: vec![],
                 function: guess.function,
                 has_free_orders: false,
                 dead_time,

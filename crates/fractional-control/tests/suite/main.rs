@@ -28,6 +28,7 @@ mod rules;
 mod settled;
 mod starts;
 mod streaming;
+mod sums;
 mod tuning;
 mod unstable;
 mod windup;
