@@ -38,10 +38,27 @@ export interface FoundPlant {
   file: TextFile;
 }
 
+/** As it has it of a frequency response. */
+interface FoundResponse extends Pick<FoundPlant, "function" | "delay_s" | "numbers" | "warnings" | "x" | "measured" | "predicted" | "file"> {
+  frequencies: number;
+  relative_residual: number;
+  kramers_kronig_reason: string;
+}
+
 const LINES: Line[] = [
   { label: "record", colour: "--theory", width: 5 },
   { label: "function", colour: "--blue" },
 ];
+
+function record(found: FoundPlant): string {
+  const interval = found.delay_low_s === null ? "" : ` (${quantity(found.delay_low_s, "s")} to ${quantity(found.delay_high_s ?? 0, "s")})`;
+  const tried = found.validation === null ? "" : ` On the second record: fit ${number(found.validation.fit, 4)}.`;
+  return `${interval}; ${found.begins}, ${found.samples} samples, fit ${number(found.fit, 4)}. ${found.order_reason}.${tried}`;
+}
+
+function response(found: FoundResponse): string {
+  return `; ${found.frequencies} frequencies, relative residual ${number(found.relative_residual, 2)}; Kramers–Kronig: ${found.kramers_kronig_reason}.`;
+}
 
 /** A file as its name and text; null where none is chosen. */
 export async function chosen(input: HTMLInputElement): Promise<TextFile | null> {
@@ -51,7 +68,7 @@ export async function chosen(input: HTMLInputElement): Promise<TextFile | null> 
 
 export class PlantRecord {
   readonly root: HTMLDetailsElement;
-  private readonly record = el("input", { type: "file", accept: ".csv,.tsv,.txt", "aria-label": "Record of input and output" });
+  private readonly record = el("input", { type: "file", accept: ".csv,.tsv,.txt,.dat,.dta,.mpt,.z", "aria-label": "Record of input and output, or frequency response" });
   private readonly other = el("input", { type: "file", accept: ".csv,.tsv,.txt", "aria-label": "Second record" });
   private readonly rows = el("div", { class: "fields" });
   private readonly said = el("p", { class: "hint", role: "status" });
@@ -112,7 +129,7 @@ export class PlantRecord {
     if (!this.record.files?.[0]) return;
     say(this.said, "The record is looked at …");
     try {
-      const found = await this.panel.ask<FoundPlant>(question());
+      const found = await this.panel.ask<FoundPlant | FoundResponse>(question());
       if (found !== null) this.show(found);
     } catch (error) {
       this.refuse(error instanceof Error ? error.message : String(error));
@@ -126,12 +143,11 @@ export class PlantRecord {
     this.fields.refusedIn(this.said, text);
   }
 
-  private show(found: FoundPlant): void {
+  private show(found: FoundPlant | FoundResponse): void {
     this.file = found.file;
     this.use.hidden = false;
-    const interval = found.delay_low_s === null ? "" : ` (${quantity(found.delay_low_s, "s")} to ${quantity(found.delay_high_s ?? 0, "s")})`;
-    const tried = found.validation === null ? "" : ` On the second record: fit ${number(found.validation.fit, 4)}.`;
-    say(this.said, `${found.function} behind ${quantity(found.delay_s, "s")}${interval}; ${found.begins}, ${found.samples} samples, fit ${number(found.fit, 4)}. ${found.order_reason}.${tried}`);
+    const isResponse = "frequencies" in found;
+    say(this.said, `${found.function} behind ${quantity(found.delay_s, "s")}${isResponse ? response(found) : record(found)}`);
     const rows = found.numbers.map((row) => {
       const error = row.standard_error === null ? "?" : number(row.standard_error, 2);
       const cells = [row.name.replace(/_/g, " "), `${number(row.value, 5)} ± ${error}`, row.determined ? "" : "not determined"];
@@ -139,7 +155,7 @@ export class PlantRecord {
     });
     const warnings = found.warnings.map((text) => el("p", { class: "hint trouble" }, spoken(text)));
     this.chart?.destroy();
-    this.chart = new Chart({ name: "The record and its function", lines: LINES, xTexts: (ticks) => ticks.map((tick) => quantity(tick, "s")) });
+    this.chart = new Chart({ name: "The record and its function", lines: LINES, xTexts: (ticks) => ticks.map((tick) => quantity(tick, isResponse ? "rad/s" : "s")) });
     const holder = el("div", { class: "chart-holder" }, this.chart.root);
     this.found.replaceChildren(...warnings, el("table", { class: "result", tabindex: 0, "aria-label": "The plant" }, el("tbody", {}, ...rows)), legend(LINES).root, holder);
     const { x, points } = joined([found.measured, found.predicted].map((y) => decimate(found.x, y, 800)));

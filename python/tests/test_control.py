@@ -232,6 +232,18 @@ def test_a_plant_comes_back_from_arrays_and_from_a_table_and_is_tried_on_another
     assert "delay_s" in again.summary()
 
 
+def test_a_cell_comes_back_from_its_impedance(tmp_path) -> None:
+    hz = np.logspace(-3, 3, 40)
+    z = 0.02 + 0.05 / (2j * math.pi * hz) ** 0.7
+    table = tmp_path / "cell.txt"
+    table.write_text("\n".join(["Freq (Hz)\tZ' (ohm)\t-Z'' (ohm)", *(f"{f}\t{x.real}\t{-x.imag}" for f, x in zip(hz, z, strict=True))]))
+    found = identify(table)
+    assert found.report["kramers_kronig"]
+    assert [row["value"] for row in found.report["numbers"]] == pytest.approx([0.02, 0.05, 0.7])
+    np.testing.assert_allclose(found.model, z, rtol=1e-6)
+    np.testing.assert_allclose(found.t, 2 * math.pi * hz)
+
+
 @pytest.mark.parametrize(
     ("given", "text"),
     [

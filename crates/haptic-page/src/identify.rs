@@ -1,8 +1,8 @@
 //! A tissue or a plant from records that were dropped on the page, read and fitted as on the command line.
 
 use crate::{TextFile, file_name, form};
-use haptic_experiment::question::plant::PlantQuestion;
 use haptic_experiment::question::plant::keys::PlantForm;
+use haptic_experiment::question::plant::{PlantFound, PlantQuestion};
 use haptic_experiment::question::tissue::{RecordAnswer, RecordQuestion};
 use haptic_experiment::{Failure, lines};
 use haptic_log::record::StartTime;
@@ -105,7 +105,7 @@ pub(crate) fn plant(
 ) -> Result<Value, Failure> {
     let form: PlantForm = form(&request.form)?;
     let question = PlantQuestion::of(&form)?;
-    let read = |_, bytes: &[u8]| question.read(&question.columns, bytes);
+    let read = |_, bytes: &[u8]| question.data(&question.columns, bytes);
     let records = request.read(read)?.into_iter();
     let mut records = records.map(|(record, _)| record);
     let (Some(record), other, None, "") = (
@@ -116,12 +116,22 @@ pub(crate) fn plant(
     ) else {
         return Err(Failure::bad_input("give one record to try the function on"));
     };
-    let found = question.answer(record, other, stop, &|_, _, _| {})?;
-    let thinned = |signal: &[f64]| thinned(signal, signal.len());
-    let mut answer = json!(found.report);
-    answer["x"] = json!(thinned(&found.record.time_s));
-    answer["measured"] = json!(thinned(&found.record.output));
-    answer["predicted"] = json!(thinned(found.model()));
+    let found = question.found(record, other, stop, &|_, _, _| {})?;
+    let mut answer = json!(found.report());
+    let curves = match &found {
+        PlantFound::Record(found) => {
+            [&found.record.time_s, &found.record.output, found.model()].map(<[f64]>::to_vec)
+        }
+        PlantFound::Response(found) => {
+            let sizes = found.points.iter().map(|point| point.1.norm());
+            let omegas = found.points.iter().map(|point| point.0);
+            let model = found.model().iter().map(|g| g.norm());
+            [omegas.collect(), sizes.collect(), model.collect()]
+        }
+    };
+    for (key, curve) in ["x", "measured", "predicted"].into_iter().zip(curves) {
+        answer[key] = json!(thinned(&curve, curve.len()));
+    }
     answer["file"] = json!({"name": "plant.toml", "text": found.to_toml(program, &request.name)});
     Ok(answer)
 }

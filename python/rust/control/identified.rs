@@ -4,22 +4,22 @@ use crate::conducted::{Interrupted, conduct};
 use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
 use haptic_experiment::question::plant::keys::PlantForm;
-use haptic_experiment::question::plant::{PlantQuestion, PlantRecord};
-use numpy::PyArray1;
+use haptic_experiment::question::plant::{PlantData, PlantFound, PlantQuestion};
+use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
 
 /// Name and bytes of a table.
 type Named = (String, Vec<u8>);
 
-fn read(question: &PlantQuestion, (name, bytes): &Named) -> PyResult<PlantRecord> {
-    let record = question.read(&question.columns, bytes);
+fn read(question: &PlantQuestion, (name, bytes): &Named) -> PyResult<PlantData> {
+    let record = question.data(&question.columns, bytes);
     record.map_err(|error| refused(format_args!("{name}: {error}")))
 }
 
 /// Report, signals and plant file.
-type Found<'py> = (Bound<'py, PyAny>, Vec<Bound<'py, PyArray1<f64>>>, String);
+type Found<'py> = (Bound<'py, PyAny>, Vec<Bound<'py, PyAny>>, String);
 
-/// The plant in a record, tried on another, if there is one: report, signals with the function's output, and plant file.
+/// The plant in a record, tried on another, if there is one, or in a frequency response: report, signals with the function's output, and plant file.
 #[pyfunction]
 pub(crate) fn identify_plant<'py>(
     py: Python<'py>,
@@ -35,20 +35,25 @@ pub(crate) fn identify_plant<'py>(
     let answer = conduct(py, progress, Interrupted::Forgotten, move |conduct| {
         let steps = |_: &_, _, done| conduct.add(done as u64);
         question
-            .answer(record, other, conduct.stop(), &steps)
+            .found(record, other, conduct.stop(), &steps)
             .or_refused()
     })?;
-    let found = &answer.record;
-    let signals = [
-        &found.time_s[..],
-        &found.input,
-        &found.output,
-        answer.model(),
-    ];
-    let signals = signals.map(|signal| PyArray1::from_slice(py, signal));
+    let numbers = |signal: &[f64]| PyArray1::from_slice(py, signal).into_any();
+    let complex = |values: Vec<Complex64>| PyArray1::from_vec(py, values).into_any();
+    let signals = match &answer {
+        PlantFound::Record(answer) => {
+            let found = &answer.record;
+            [&found.time_s, &found.input, &found.output, answer.model()].map(numbers)
+        }
+        PlantFound::Response(answer) => {
+            let (omegas, values): (Vec<f64>, Vec<Complex64>) = answer.points.iter().copied().unzip();
+            let model = answer.model().to_vec();
+            [numbers(&omegas), numbers(&[]), complex(values), complex(model)]
+        }
+    };
     let program = concat!("fractional_haptics ", env!("CARGO_PKG_VERSION"));
     Ok((
-        to_python(py, &answer.report)?,
+        to_python(py, &answer.report())?,
         signals.into(),
         answer.to_toml(program, "a record"),
     ))

@@ -381,7 +381,7 @@ def identify_plant(
     other: tuple[str, bytes] | None,
     form: dict[str, Any],
     progress: _Progress | None,
-) -> tuple[dict[str, Any], list[_Floats], str]: ...
+) -> tuple[dict[str, Any], list[Any], str]: ...
 def simulate_loop(
     plant: Plant | None,
     controller: Pid | None,

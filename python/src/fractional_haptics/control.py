@@ -539,19 +539,19 @@ def _sampled(reference: ArrayLike | str | os.PathLike[str], sample_time_s: float
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Identified(HoldsArrays, Shown):
-    """A plant that was found in a record."""
+    """A plant that was found in a record, or in a frequency response."""
 
     report: Mapping[str, Any]
     """What ``host-cli control identify --json`` reports: function, dead time with its interval, numbers with their errors, other
     candidates, ``validation`` and ``warnings``, which one should read."""
     t: NDArray[np.float64]
-    """Times of the record as it was fitted, s."""
+    """Times of the record as it was fitted, s; of a response its angular frequencies, rad/s."""
     u: NDArray[np.float64]
-    """Its input."""
-    y: NDArray[np.float64]
-    """Its output."""
-    model: NDArray[np.float64]
-    """The output of the function for this input."""
+    """Its input; nothing of a response."""
+    y: NDArray[Any]
+    """Its output; the response, complex."""
+    model: NDArray[Any]
+    """The output of the function for this input, or its response."""
     file: str
     """The plant file, TOML."""
 
@@ -583,12 +583,12 @@ def identify(
     validate: _Record | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> Identified:
-    """A fractional transfer function from a record of input and output, found as ``host-cli control identify`` finds it.
+    """A fractional transfer function from a record of input and output or from a frequency response, found as ``host-cli control identify`` finds it.
 
     Parameters
     ----------
     record : path or (t, u, y)
-        A CSV with a header, or times in s with the input and output there; a missing output is NaN. Sentences call the first row of
+        A CSV with a header, a frequency response as instruments write it, or times in s with the input and output there; a missing output is NaN. Sentences call the first row of
         arrays line 2, as of a table with a header.
     columns : str, optional
         Columns of a table, as in ``"input=valve,output=temperature"``, or ``"input=12@2s"`` of one set to 12 at 2 s; without it
@@ -600,7 +600,7 @@ def identify(
     smooth : bool, default False
         The input is smooth between samples, not held.
     model : str, optional
-        Terms and first values as in ``"2exp(-5s)/(30s^0.9+1)"``; without it they are found.
+        Terms and first values as in ``"2exp(-5s)/(30s^0.9+1)"``, or parts of a sum; without it they are found.
     poles : int, optional
         Integer orders with this number of poles, 1 to 4.
     stable : bool, default False

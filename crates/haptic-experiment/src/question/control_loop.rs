@@ -11,7 +11,7 @@ use crate::document::parameters::range::{
 };
 use crate::document::{ControllerFile, short};
 use crate::judge::control::{in_degrees, loose_factor, refused};
-use crate::run::plant_file::{DeviceValues, PlantModel};
+use crate::run::plant_file::{DeviceValues, PlantModel, TABLES};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use fractional_control::{
@@ -24,7 +24,7 @@ form! {
     /// A plant, its controller, and a run of both, by the names of keys; numbers in SI units.
     LoopForm, CONTROL_LOOP:
     "Plant"
-    PLANT = plant: text("", "Transfer function, as in 0.55exp(-s)/(62s+1), plant file (.toml), or, for control design only, measured response (.csv with omega_rad_s, gain and phase_deg)");
+    PLANT = plant: text("", "Transfer function, as in 0.55exp(-s)/(62s+1), plant file (.toml), or, for control design only, measured response (.csv, .txt and such: frequency with gain and phase, or real and imaginary)");
     LOOP_MASS = mass_kg: optional(MASSES, "Mass of a device in place of a plant: force in, position out");
     LOOP_DAMPING = damping_n_s_per_m: optional(DAMPINGS, "Viscous damping of the device");
     LOOP_HAND = hand_stiffness_n_per_m: optional(STIFFNESSES, "Stiffness of the hand that holds the device");
@@ -94,7 +94,7 @@ impl LoopForm {
     /// # Errors
     /// A file that cannot be read or is wrong.
     pub fn files(&self) -> Result<FormParts, Failure> {
-        let plant = path(&self.plant, &["csv", "toml"]);
+        let plant = path(&self.plant, &[&TABLES[..], &["toml"]].concat());
         let plant = plant.map(|path| NamedPlant::of(&PlantModel::read(path)?));
         let controller = path(&self.controller, &["toml"]);
         let controller = controller.map(|path| Ok::<_, Failure>(ControllerFile::read(path)?.setup));

@@ -4,36 +4,62 @@
 
 pub mod keys;
 pub mod report;
+pub mod response;
 
 use super::tissue::parts;
 use crate::document::failure::Failure;
+use crate::document::parameters::Parameter;
 use crate::document::record_check::{
     check_signals, fill_gaps, leave_out_lone_outputs, one_row_a_time,
 };
 use crate::judge::control::refused;
-use crate::run::plant_file::PlantModel;
+use crate::run::plant_file::{MeasuredPoints, function_file};
 use fracdiff::Seconds;
 use fractional_control::model_search::{
     Found, InputOutput, Wanted, candidates, candidates_of, dead_time_evidence, find_start,
     identify, validate,
 };
-use fractional_control::{ControlError, FractionalTransferFunction, Plant};
+use fractional_control::{ControlError, DeadTime, Plant, SumOfParts};
 use haptic_quantity::{digits, number, parse_for_key, short};
-use keys::{MODEL, PLANT_COLUMNS, POLES, PlantForm, ROW_TIME, STABLE};
-use measured_table::{read_record, rows_named};
-use report::{DIGITS, PlantReport, Tried, counted_from, remedies, rounded, with_digits};
+use keys::{FIRST_ROW, MODEL, PLANT_COLUMNS, POLES, PlantForm, ROW_TIME, SMOOTH, STABLE, VALIDATE};
+use measured_table::{
+    Choice, ResponseColumn, has_frequencies, read_record, read_response, rows_named,
+};
+use report::{PlantReport, Tried, counted_from, remedies, rounded};
+use response::{ResponseAnswer, ResponseReport};
+use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Signals, and the columns that they are in.
 const SIGNALS: [(&str, &str); 3] = [("time", "time_s"), ("input", "input"), ("output", "output")];
 
-/// Index of a signal in [`SIGNALS`], and its column.
-fn signal(text: &str) -> Result<(usize, String), String> {
-    let split = text.split_once('=').and_then(|(name, column)| {
-        let index = SIGNALS.iter().position(|signal| signal.0 == name.trim())?;
-        Some((index, column.trim().to_owned()))
-    });
-    split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
+/// A column of a record, by its index in [`SIGNALS`], or of a frequency response.
+#[derive(Clone, Debug)]
+enum Named {
+    Signal(usize, String),
+    Response(ResponseColumn, Choice),
+}
+
+impl Named {
+    fn of(text: &str) -> Result<Self, String> {
+        let split = text.split_once('=').and_then(|(name, column)| {
+            let (name, column) = (name.trim(), column.trim().to_owned());
+            let signal = SIGNALS.iter().position(|signal| signal.0 == name);
+            let response = |column| {
+                Some(Self::Response(
+                    ResponseColumn::named(name)?,
+                    Choice::Name(column),
+                ))
+            };
+            match signal {
+                Some(index) => Some(Self::Signal(index, column)),
+                None => response(column),
+            }
+        });
+        split.ok_or_else(|| {
+            "is not time=COLUMN, input=COLUMN or output=COLUMN, or of a response frequency, gain, phase, real or imaginary".to_owned()
+        })
+    }
 }
 
 /// An input that was set once, and is in no column.
@@ -61,9 +87,9 @@ impl Jump {
 }
 
 /// A function to begin from, and its dead time, if it has one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Begun {
-    function: FractionalTransferFunction,
+    sum: SumOfParts,
     delay: Option<Seconds>,
 }
 
@@ -81,8 +107,12 @@ impl Begun {
             ));
         };
         let late = plant.delay_s();
+        let sum = match late > 0.0 {
+            true => (*function).into(),
+            false => text.parse().map_err(|error| refused(&error))?,
+        };
         Ok(Self {
-            function: *function,
+            sum,
             delay: (late > 0.0).then_some(Seconds(late)),
         })
     }
@@ -97,6 +127,61 @@ pub struct PlantRecord {
     /// Times, input and output.
     pub record: InputOutput,
     notes: Vec<String>,
+}
+
+/// A record, or a frequency response.
+#[derive(Clone, Debug)]
+pub enum PlantData {
+    /// Input and output over time.
+    Record(PlantRecord),
+    /// ω in rad/s and the response.
+    Response(MeasuredPoints),
+}
+
+/// A plant that was found in either of them.
+#[derive(Clone, Debug)]
+#[expect(missing_docs, reason = "as of the data")]
+pub enum PlantFound {
+    Record(Box<PlantAnswer>),
+    Response(Box<ResponseAnswer>),
+}
+
+/// The report of either.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(untagged)]
+#[expect(missing_docs, reason = "as of the data")]
+pub enum FoundReport<'a> {
+    Record(&'a PlantReport),
+    Response(&'a ResponseReport),
+}
+
+impl PlantFound {
+    /// Its report.
+    #[must_use]
+    pub fn report(&self) -> FoundReport<'_> {
+        match self {
+            Self::Record(answer) => FoundReport::Record(&answer.report),
+            Self::Response(answer) => FoundReport::Response(&answer.report),
+        }
+    }
+
+    /// Sentences that one should read.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        match self {
+            Self::Record(answer) => &answer.report.warnings,
+            Self::Response(answer) => &answer.report.warnings,
+        }
+    }
+
+    /// The plant file: what was found in the table of this name, by this program.
+    #[must_use]
+    pub fn to_toml(&self, program: &str, name: &str) -> String {
+        match self {
+            Self::Record(answer) => answer.to_toml(program, name),
+            Self::Response(answer) => answer.to_toml(program, name),
+        }
+    }
 }
 
 /// A record to be read and fitted.
@@ -130,6 +215,11 @@ pub struct PlantRecord {
 pub struct PlantQuestion {
     /// Names of the columns of time, input and output.
     pub columns: [String; 3],
+    /// Columns of a frequency response.
+    response: Vec<(ResponseColumn, Choice)>,
+    names_signals: bool,
+    /// A key that is given, and of records alone.
+    only_of_records: Option<Parameter>,
     sample_time_s: Option<f64>,
     subtract_start: bool,
     held: bool,
@@ -145,8 +235,15 @@ impl PlantQuestion {
     /// A text that its key does not allow, a number outside its range, keys that exclude each other.
     pub fn of(form: &PlantForm) -> Result<Self, Failure> {
         let mut columns = SIGNALS.map(|(_, column)| column.to_owned());
-        for (index, name) in parts(PLANT_COLUMNS, &form.columns, signal)? {
-            columns[index] = name;
+        let (mut names_signals, mut response) = (false, Vec::new());
+        for named in parts(PLANT_COLUMNS, &form.columns, Named::of)? {
+            match named {
+                Named::Signal(index, name) => {
+                    names_signals = true;
+                    columns[index] = name;
+                }
+                Named::Response(column, choice) => response.push((column, choice)),
+            }
         }
         if let Some(index) =
             (1..columns.len()).find(|&index| columns[..index].contains(&columns[index]))
@@ -168,8 +265,20 @@ impl PlantQuestion {
             )));
         }
         let model = Some(&*form.model).filter(|model| !model.is_empty());
+        let of_records = [
+            (POLES, form.poles.is_some()),
+            (STABLE, form.stable),
+            (SMOOTH, form.smooth),
+            (FIRST_ROW, form.subtract_start),
+            (ROW_TIME, form.sample_time_s.is_some()),
+            (VALIDATE, !form.validate.is_empty()),
+        ];
+        let given = of_records.into_iter().find(|(_, is_given)| *is_given);
         Ok(Self {
             columns,
+            response,
+            names_signals,
+            only_of_records: given.map(|given| given.0),
             sample_time_s: form.sample_time_s,
             subtract_start: form.subtract_start,
             held: !form.smooth,
@@ -180,6 +289,64 @@ impl PlantQuestion {
             },
             delay: form.delay_s.map(Seconds),
         })
+    }
+
+    /// The record in a table with columns of these names, or the frequency response in it.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn data(&self, columns: &[String; 3], bytes: &[u8]) -> Result<PlantData, String> {
+        let record = match self.response.is_empty() {
+            true => self.read(columns, bytes).map(PlantData::Record),
+            false => Err(String::new()),
+        };
+        if record.is_ok() || self.names_signals || !has_frequencies(bytes) {
+            return record;
+        }
+        let table = read_response(bytes, &self.response);
+        let table =
+            table.map_err(|error| format!("{}; see {PLANT_COLUMNS}", short(&error.to_string())))?;
+        MeasuredPoints::of(table).map(PlantData::Response)
+    }
+
+    /// Finds the function of a record, and tries it on another, or of a frequency response.
+    ///
+    /// # Errors
+    /// As [`answer`](Self::answer).
+    pub fn found(
+        &self,
+        data: PlantData,
+        other: Option<PlantData>,
+        stop: &AtomicBool,
+        steps: Steps<'_>,
+    ) -> Result<PlantFound, Failure> {
+        match (data, other) {
+            (PlantData::Response(points), None) => {
+                if let Some(key) = self.only_of_records {
+                    return Err(Failure::bad_input(format_args!(
+                        "{key} has no effect on a frequency response: omit it"
+                    )));
+                }
+                let late = |plant: &Begun| match (self.delay, plant.delay) {
+                    (Some(known), _) => DeadTime::Known(known),
+                    (None, first) => first.map_or(DeadTime::NONE, DeadTime::From),
+                };
+                let model = self.model.as_ref().map(|plant| (&plant.sum, late(plant)));
+                let answer = ResponseAnswer::find(model, points)?;
+                Ok(PlantFound::Response(Box::new(answer)))
+            }
+            (PlantData::Record(record), None) => {
+                let answer = self.answer(record, None, stop, steps)?;
+                Ok(PlantFound::Record(Box::new(answer)))
+            }
+            (PlantData::Record(record), Some(PlantData::Record(other))) => {
+                let answer = self.answer(record, Some(other), stop, steps)?;
+                Ok(PlantFound::Record(Box::new(answer)))
+            }
+            _ => Err(Failure::bad_input(format_args!(
+                "a function is tried on a second record in time alone: omit {VALIDATE}"
+            ))),
+        }
     }
 
     /// The record in a table with columns of these names.
@@ -256,7 +423,7 @@ impl PlantQuestion {
         if !closest.unwrap_or(best).shows_a_response(&record) {
             return Err(Failure::run(format_args!(
                 "the record shows no response to its input: {} explains {} % of the output's variance, and as much as chance would; move the input more, or check {PLANT_COLUMNS}",
-                rounded(&best.identified.function),
+                rounded(&best.identified),
                 digits(100.0 * best.identified.fit, 2)
             )));
         }
@@ -297,8 +464,8 @@ impl PlantQuestion {
         let (held, delay) = (self.held, self.delay);
         steps("first guesses", 1, 0);
         find_start(record, held, delay);
-        let guesses = match self.model {
-            Some(plant) => candidates_of(plant.function, record, held, delay, plant.delay),
+        let guesses = match &self.model {
+            Some(plant) => candidates_of(&plant.sum, record, held, delay, plant.delay),
             None => candidates(record, held, delay, self.wanted),
         };
         going()?;
@@ -341,7 +508,7 @@ impl PlantAnswer {
     /// The function, its numbers with five digits.
     #[must_use]
     pub fn function(&self) -> String {
-        rounded(&self.best.identified.function)
+        rounded(&self.best.identified)
     }
 
     /// The output of the function at the times of the record.
@@ -354,13 +521,10 @@ impl PlantAnswer {
     #[must_use]
     pub fn to_toml(&self, program: &str, name: &str) -> String {
         let (identified, samples) = (&self.best.identified, self.report.samples);
-        let model = PlantModel::Function {
-            function: Box::new(with_digits(&identified.function, DIGITS)),
-            delay_s: identified.dead_time.seconds(),
-        };
         let rms = digits(identified.rms_residual, 4);
         let begins = &self.begins;
         let note = format!("identified from {name}, {samples} samples, rms {rms}{begins}");
-        model.to_toml(program, &note).unwrap_or_default()
+        let delay_s = identified.dead_time.seconds();
+        function_file(&self.report.function, delay_s, program, &note)
     }
 }

@@ -8,7 +8,7 @@
 //! `[calibration]` beside a `[device]` says how many newtons a newton of it is, see [`calibration`].
 //! `[device]` has the keys of a `[wall]`: mass, damping, hand, delay, current lag, friction, encoder, noise; force in, position out. Beside it
 //! `[intervals]` says between which numbers its values lie, as a measurement writes it, see [`DeviceModel`]. `[state_space]` has `a`, `b`, `c`,
-//! `delay_s` and `current_lag_s`, and `b_hand` and `c_hand` where a hand acts elsewhere than the law. `[measured_response]` names a CSV, see [`read_response`].
+//! `delay_s` and `current_lag_s`, and `b_hand` and `c_hand` where a hand acts elsewhere than the law. `[measured_response]` names a CSV, see [`response_in`].
 
 use crate::document::controller_file::source;
 use crate::document::error::{FileError, text_of};
@@ -24,12 +24,10 @@ use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateS
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, Seconds};
-use haptic_quantity::short;
-use measured_table::{TABLE_MOST, read_bytes, read_chosen, rows_named};
+use measured_table::{ResponseTable, TABLE_MOST, read_bytes, read_response, rows_named};
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
 use serde::Serialize;
-use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::str::FromStr;
 
@@ -97,6 +95,16 @@ fn made_by(program: &str, note: &str) -> String {
     source([(p::SOURCE_PROGRAM, &program), (p::SOURCE_NOTE, &note)])
 }
 
+/// The file of a function in notation, made by this program.
+pub(crate) fn function_file(function: &str, delay_s: f64, program: &str, note: &str) -> String {
+    format!(
+        "[transfer_function]\n{} = \"{function}\"\n{}{}",
+        p::FUNCTION.key,
+        lines_of([(p::DEAD_TIME, delay_s)]),
+        made_by(program, note)
+    )
+}
+
 /// A plant as its file says it.
 ///
 /// ```
@@ -147,6 +155,8 @@ pub struct MeasuredPoints {
     /// Line numbers of omitted rows, whose coherence is so low that their gain may be wrong by a
     /// tenth or more.
     pub incoherent: Vec<u64>,
+    /// One sentence for each thing that was taken without being said.
+    pub notes: Vec<String>,
 }
 
 /// Below this coherence the gain of a response may be off by a tenth and more.
@@ -188,10 +198,15 @@ impl FromStr for PlantModel {
     }
 }
 
+/// Endings of tables, as instruments write them.
+pub(crate) const TABLES: [&str; 7] = ["csv", "tsv", "txt", "dat", "dta", "mpt", "z"];
+
 /// True of the table of a measured response.
 fn is_table(path: &Path) -> bool {
-    let extension = path.extension();
-    extension.is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
+    let extension = path.extension().unwrap_or_default();
+    TABLES
+        .iter()
+        .any(|ending| extension.eq_ignore_ascii_case(ending))
 }
 
 impl PlantModel {
@@ -200,13 +215,13 @@ impl PlantModel {
         MODELS.iter().map(|model| model.0)
     }
 
-    /// Reads a plant file, or the table of a measured response, `.csv`.
+    /// Reads a plant file, or the table of a measured response, by its ending.
     ///
     /// # Errors
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         if is_table(path) {
-            let points = read_response(path).map_err(Failure::bad_input)?;
+            let points = response_in(path).map_err(Failure::bad_input)?;
             return Ok(Self::Measured(points));
         }
         Ok(parse(path, &text_of(path, "plant")?)?.0)
@@ -228,12 +243,9 @@ impl PlantModel {
     #[must_use]
     pub fn to_toml(self, program: &str, note: &str) -> Option<String> {
         match self {
-            Self::Function { function, delay_s } => Some(format!(
-                "[transfer_function]\n{} = \"{function}\"\n{}{}",
-                p::FUNCTION.key,
-                lines_of([(p::DEAD_TIME, delay_s)]),
-                made_by(program, note)
-            )),
+            Self::Function { function, delay_s } => {
+                Some(function_file(&function.to_string(), delay_s, program, note))
+            }
             Self::Device(values) => {
                 let model = DeviceModel {
                     values,
@@ -294,7 +306,10 @@ impl PlantModel {
                 format!("{} state{plural}, delay {delay_s} s", a.len())
             }
             Self::Measured(measured) => {
-                let words = format!("measured at {} frequencies", measured.points.len());
+                let mut words = format!("measured at {} frequencies", measured.points.len());
+                for note in &measured.notes {
+                    words = format!("{words}; {note}");
+                }
                 match rows_named(&measured.incoherent) {
                     Some(rows) => format!("{words}; {rows} of coherence below {COHERENT} left out"),
                     None => words,
@@ -534,7 +549,7 @@ fn model(name: &str, table: &Table<'_>) -> Result<PlantModel, FileError> {
         _ => {
             table.required_text(&p::RESPONSE_FILE)?;
             let path = table.file(&p::RESPONSE_FILE)?.unwrap_or_default();
-            let points = read_response(&path);
+            let points = response_in(&path);
             PlantModel::Measured(
                 points.map_err(|reason| table.fail_at(p::RESPONSE_FILE.key, reason))?,
             )
@@ -582,11 +597,8 @@ fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, 
     Ok(intervals)
 }
 
-const COLUMNS: &str = "omega_rad_s or frequency_hz; gain or gain_db, with phase_deg or phase_rad; or real and imaginary";
-
-/// ω in rad/s and G(jω), from a table with a header: `omega_rad_s` or `frequency_hz`, and `gain` or `gain_db` with `phase_deg` or
-/// `phase_rad`, or `real` and `imaginary`. Rows whose `coherence` is below [`COHERENT`] are left out; other columns are passed over.
-pub(crate) fn read_response(path: &Path) -> Result<MeasuredPoints, String> {
+/// ω in rad/s and G(jω), from a table of an instrument, see [`measured_table::read_response`]. Rows whose coherence is below [`COHERENT`] are left out.
+pub(crate) fn response_in(path: &Path) -> Result<MeasuredPoints, String> {
     let bytes = read_bytes(path, TABLE_MOST).map_err(|error| {
         let shown = path.display();
         format!("cannot read the measured response `{shown}`: {error}; give the path of a CSV file")
@@ -597,65 +609,43 @@ pub(crate) fn read_response(path: &Path) -> Result<MeasuredPoints, String> {
 /// Parses the bytes of a table; `path` is for messages.
 fn response_of(path: &Path, bytes: &[u8]) -> Result<MeasuredPoints, String> {
     let shown = path.display();
-    // Units of frequency and phase; a table with two parts has no phase.
-    let (mut turn, mut in_db, mut angle, mut has_coherence) = (1.0, false, None, false);
-    let columns = read_chosen(bytes, |header| {
-        let position = |name: &str| header.iter().position(|cell| *cell == name);
-        // The first of these columns that is there, and whether it is the second.
-        let column = |what: &str, [one, other]: [&str; 2]| {
-            let found = position(one).map(|index| (index, false));
-            found
-                .or_else(|| Some((position(other)?, true)))
-                .ok_or_else(|| {
-                    let header = header.join(",");
-                    let header = short(&header);
-                    format!("no column of {what} in the header {header:?}; give {COLUMNS}")
-                })
+    let table = read_response(bytes, &[]).map_err(|error| format!("{shown}: {error}"))?;
+    MeasuredPoints::of(table).map_err(|why| format!("{shown}: {why}"))
+}
+
+impl MeasuredPoints {
+    /// The coherent rows of a table.
+    ///
+    /// # Errors
+    /// None of them is coherent; one with a gain below 0.
+    pub(crate) fn of(table: ResponseTable) -> Result<Self, String> {
+        let mut found = Self {
+            notes: table.notes,
+            ..Self::default()
         };
-        let (frequency, in_hz) = column("the frequency", ["omega_rad_s", "frequency_hz"])?;
-        turn = if in_hz { TAU } else { 1.0 };
-        let coherence = position("coherence");
-        has_coherence = coherence.is_some();
-        let coherence = coherence.unwrap_or(frequency);
-        if let Some((real, imaginary)) = position("real").zip(position("imaginary")) {
-            return Ok([frequency, real, imaginary, coherence]);
-        }
-        let (gain, decibel) = column("the gain", ["gain", "gain_db"])?;
-        let (phase, in_rad) = column("the phase", ["phase_deg", "phase_rad"])?;
-        (in_db, angle) = (decibel, Some(if in_rad { 1.0 } else { PI / 180.0 }));
-        Ok([frequency, gain, phase, coherence])
-    });
-    let (lines, [frequency, first, second, coherence]) =
-        columns.map_err(|error| format!("{shown}: {error}"))?;
-    let mut found = MeasuredPoints::default();
-    for (row, line) in lines.into_iter().enumerate() {
-        if has_coherence && coherence[row] < COHERENT {
-            found.incoherent.push(line);
-            continue;
-        }
-        let response = match angle {
-            None => Complex::new(first[row], second[row]),
-            Some(angle) => {
-                let gain = match in_db {
-                    true => libm::pow(10.0, first[row] / 20.0),
-                    false => first[row],
-                };
-                if gain < 0.0 {
-                    return Err(format!(
-                        "{shown}: line {line}: gain {} is below 0: add 180° to the phase instead",
-                        Shown(gain)
-                    ));
-                }
-                let (sin, cos) = libm::sincos(angle * second[row]);
-                Complex::new(gain * cos, gain * sin)
+        let rows = table
+            .lines
+            .into_iter()
+            .zip(table.omega_rad_s)
+            .zip(table.values);
+        for (row, ((line, omega), [re, im])) in rows.enumerate() {
+            match table.coherence.get(row) {
+                Some(coherence) if *coherence < COHERENT => found.incoherent.push(line),
+                Some(_) | None => found.points.push((omega, Complex::new(re, im))),
             }
-        };
-        found.points.push((turn * frequency[row], response));
-    }
-    match rows_named(&found.incoherent) {
-        Some(rows) if found.points.is_empty() => Err(format!(
-            "{shown}: {rows} of coherence below {COHERENT}, and no other: measure for longer, or with more force"
-        )),
-        _ => Ok(found),
+            let negative = table.negative.iter().find(|negative| negative.0 == line);
+            if let Some((_, gain)) = negative.filter(|_| found.incoherent.last() != Some(&line)) {
+                return Err(format!(
+                    "line {line}: gain {} is below 0: add 180° to the phase instead",
+                    Shown(*gain)
+                ));
+            }
+        }
+        match rows_named(&found.incoherent) {
+            Some(rows) if found.points.is_empty() => Err(format!(
+                "{rows} of coherence below {COHERENT}, and no other: measure for longer, or with more force"
+            )),
+            _ => Ok(found),
+        }
     }
 }

@@ -6,7 +6,7 @@ use fractional_control::model_search::{
 };
 use fractional_control::{
     DeadTime, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, StartState,
-    Term,
+    SumOfParts, Term,
 };
 use haptic_quantity::{digits, written};
 use serde::Serialize;
@@ -63,12 +63,16 @@ pub struct PlantReport {
 /// A number of the function.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NumberRow {
-    /// Its place, as `denominator_order_1`.
+    /// Its place, as `denominator_order_1`, with the part that it is of: `part_2_denominator_order_1`.
     pub name: String,
     /// The number.
     pub value: f64,
     /// Its standard error; infinite where the record says nothing.
     pub standard_error: f64,
+    /// Low end of its 95 % interval.
+    pub low_95: f64,
+    /// High end of it.
+    pub high_95: f64,
     /// True if the error is at most half of the value.
     pub determined: bool,
 }
@@ -115,7 +119,7 @@ impl PlantReport {
         let (identified, start) = (&best.identified, start_of(record, &best.identified));
         let interval = evidence.map(|evidence| evidence.interval_s);
         let candidates = found.iter().map(|found| CandidateRow {
-            function: with_digits(&found.identified.function, DIGITS).to_string(),
+            function: shown(&found.identified.parts, DIGITS),
             rms_residual: found.identified.rms_residual,
             bic: found.bic,
         });
@@ -124,7 +128,7 @@ impl PlantReport {
         warnings.extend(tried.and_then(|tried| worse(tried, best)));
         let grows = identified.fit >= LEAST && settles_as_well(found, record).is_none();
         Self {
-            function: with_digits(&identified.function, DIGITS).to_string(),
+            function: shown(&identified.parts, DIGITS),
             delay_s: identified.dead_time.seconds(),
             delay_low_s: interval.map(|[low, _]| low),
             delay_high_s: interval.map(|[_, high]| high),
@@ -236,15 +240,18 @@ const WORSE: f64 = 2.0;
 pub(super) const DIGITS: usize = 9;
 
 /// The function with numbers of five digits.
-pub(super) fn rounded(function: &FractionalTransferFunction) -> String {
-    with_digits(function, 5).to_string()
+pub(super) fn rounded(found: &Identified) -> String {
+    shown(&found.parts, 5)
+}
+
+/// The sum of these parts with numbers of so many digits.
+pub(super) fn shown(parts: &[FractionalTransferFunction], digits: usize) -> String {
+    let parts = parts.iter().map(|part| with_digits(part, digits)).collect();
+    SumOfParts::new(parts).map_or_else(|error| error.to_string(), |sum| sum.to_string())
 }
 
 /// The function with numbers of so many digits.
-pub(super) fn with_digits(
-    function: &FractionalTransferFunction,
-    digits: usize,
-) -> FractionalTransferFunction {
+fn with_digits(function: &FractionalTransferFunction, digits: usize) -> FractionalTransferFunction {
     let few = |value: f64| format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     let terms = |polynomial: &FractionalPolynomial| {
         let terms = polynomial.terms().iter();
@@ -257,8 +264,15 @@ pub(super) fn with_digits(
 }
 
 impl NumberRow {
-    fn of(found: &Identified, number: FreeNumber, error: f64) -> Self {
-        let function = &found.function;
+    /// A number of one of these parts, or the dead time.
+    pub(super) fn of(
+        parts: &[FractionalTransferFunction],
+        n_part: usize,
+        delay_s: f64,
+        number: FreeNumber,
+        error: f64,
+    ) -> Self {
+        let function = &parts[n_part];
         let (above, below) = (function.numerator().terms(), function.denominator().terms());
         let (part, terms, n, is_order) = match number {
             FreeNumber::NumeratorCoefficient(n) => ("numerator", above, n, false),
@@ -266,7 +280,7 @@ impl NumberRow {
             FreeNumber::DenominatorCoefficient(n) => ("denominator", below, n, false),
             FreeNumber::DenominatorOrder(n) => ("denominator", below, n, true),
             FreeNumber::DeadTime => {
-                return Self::with_error("delay_s".to_owned(), found.dead_time.seconds(), error);
+                return Self::with_error("delay_s".to_owned(), delay_s, error);
             }
         };
         let value = |term: &Term| match is_order {
@@ -279,7 +293,12 @@ impl NumberRow {
             true => ("order", 1.0),
             false => ("coefficient", value.abs()),
         };
-        Self::with_error(format!("{part}_{kind}_{}", n + 1), value, error * scale)
+        let of_sum = match parts.len() {
+            1 => String::new(),
+            _ => format!("part_{}_", n_part + 1),
+        };
+        let name = format!("{of_sum}{part}_{kind}_{}", n + 1);
+        Self::with_error(name, value, error * scale)
     }
 
     fn with_error(name: String, value: f64, standard_error: f64) -> Self {
@@ -287,17 +306,26 @@ impl NumberRow {
             name,
             value,
             standard_error,
+            low_95: value - IN_95 * standard_error,
+            high_95: value + IN_95 * standard_error,
             determined: standard_error <= LOOSE * value.abs(),
         }
     }
 }
 
+/// Standard errors in half of a 95 % interval.
+const IN_95: f64 = 1.96;
+
 fn numbers(best: &Found) -> Vec<NumberRow> {
     let found = &best.identified;
-    let errors = found.standard_errors.iter();
-    errors
-        .map(|(number, error)| NumberRow::of(found, *number, *error))
-        .collect()
+    let late = found.dead_time.seconds();
+    let mut begun = 0;
+    let errors = found.standard_errors.iter().map(|(number, error)| {
+        // With this number a part begins.
+        begun += usize::from(*number == FreeNumber::NumeratorCoefficient(0));
+        NumberRow::of(&found.parts, begun.max(1) - 1, late, *number, *error)
+    });
+    errors.collect()
 }
 
 /// A residual that is large and not noise, though a small part of the whole record.
@@ -340,7 +368,7 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
     if let Some(other) = settles_as_well(found, record) {
         warnings.push(format!(
             "{}, which comes to rest, fits nearly as well (BIC {:+.1}): record for longer",
-            rounded(&other.identified.function),
+            rounded(&other.identified),
             other.bic - best.bic
         ));
     }
@@ -384,7 +412,7 @@ fn unsure(evidence: &DeadTimeEvidence<'_>, best: &Found) -> Option<String> {
     };
     Some(format!(
         "the record cannot tell its dead time from a pole: {} behind {} fits as well (BIC {:+.1}): sample faster, or give {KNOWN_DELAY}",
-        rounded(&other.identified.function),
+        rounded(&other.identified),
         written("delay_s", other.identified.dead_time.seconds()),
         other.bic - best.bic
     ))

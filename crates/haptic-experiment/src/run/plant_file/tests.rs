@@ -1,6 +1,6 @@
 //! Each kind of plant against the others, and what is said of bad files.
 
-use super::{MeasuredPoints, PlantModel, parse, read_response};
+use super::{MeasuredPoints, PlantModel, parse, response_in};
 use num_complex::Complex;
 use std::path::Path;
 use testkit::Folder;
@@ -56,7 +56,7 @@ fn a_response_may_have_semicolons_and_decimal_commas() {
     let file = folder.join("r.csv");
     let read = |rows: &str| {
         std::fs::write(&file, rows).expect("writes");
-        read_response(&file).expect("a response")
+        response_in(&file).expect("a response")
     };
     let points = read("omega_rad_s,real,imaginary\n0.5,1.25,-2\n1,1,-1\n");
     assert_eq!(points.points[0], (0.5, Complex::new(1.25, -2.0)));
@@ -66,6 +66,39 @@ fn a_response_may_have_semicolons_and_decimal_commas() {
     );
 }
 
+/// Tables as instruments of impedances write them, of one cell at 10 kHz, 100 Hz and 1 Hz.
+const LAYOUTS: [&str; 10] = [
+    "EXPLAIN\r\nTAG\tEISPOT\r\nVDC\tPOTEN\t0.00000E+000\tT\tDC &Voltage (V)\r\nZCURVE\tTABLE\r\n\tPt\tTime\tFreq\tZreal\tZimag\tZsig\tZmod\r\n\t#\ts\tHz\tohm\tohm\tV\tohm\r\n\t0\t3\t1E4\t2.01E-2\t-3E-4\t1\t7\r\n\t1\t4\t100\t2.5E-2\t-4E-3\t1\t7\r\n\t2\t5\t1\t3.4E-2\t-9E-3\t1\t7\r\n",
+    "EC-Lab ASCII FILE\nNb header lines : 5       \n\nfreq/Hz\tRe(Z)/Ohm\t-Im(Z)/Ohm\t|Z|/Ohm\ttime/s\n1E4\t2.01E-2\t3E-4\t7\t0\n100\t2.5E-2\t4E-3\t7\t1\n1\t3.4E-2\t9E-3\t7\t2\n",
+    "\"ZPLOT2 ASCII\"\n\"Date: 1/2/2003\"\n  Freq(Hz)     Ampl     Z'(a)         Z''(b)      Err\nEnd Comments\n 1E4, 1, 2.01E-2, -3E-4, 0\n 100, 1, 2.5E-2, -4E-3, 0\n 1, 1, 3.4E-2, -9E-3, 0\n",
+    "Index\tFrequency (Hz)\tZ' (Ω)\t-Z'' (Ω)\tZ (Ω)\n1\t10000\t0.0201\t0.0003\t7\n2\t100\t0.025\t0.004\t7\n3\t1\t0.034\t0.009\t7\n",
+    "June 3, 2010\nA.C. Impedance\nInit E (V) = 0\n\nFreq/Hz, Z'/ohm, Z\"/ohm, Z/ohm, Phase/deg\n\n1e+4, 0.0201, -0.0003, 7, 7\n100, 0.025, -0.004, 7, 7\n1, 0.034, -0.009, 7, 7\n",
+    "Number    Frequency/Hz    Impedance/Ohm    Phase/deg\n0    1e4    0.020102238681    -0.8550973963\n1    100    0.025317977802    -9.0902769208\n2    1    0.035171010790    -14.8264799704\n",
+    " Freq. [Hz]   Zs' [Ohms]   Zs'' [Ohms]\n 1e4   2.01e-2   -3e-4\n 100   2.5e-2   -4e-3\n 1   3.4e-2   -9e-3\n",
+    "Prüfling: Zelle 4\nFrequenz [Hz];|Z| [mΩ];Phasenwinkel [°]\n10000;20,102238681;-0,8550973963\n100;25,317977802;-9,0902769208\n1;35,171010790;-14,8264799704\n",
+    "log10(f/Hz),log10(|Z|/ohm),-phase_deg\n4,-1.696755574779,0.8550973963\n2,-1.596570985241,9.0902769208\n0,-1.453815150185,14.8264799704\n",
+    "f in kHz,Z_real [kOhm],Z_imag [kOhm]\n10,2.01e-5,-3e-7\n0.1,2.5e-5,-4e-6\n1e-3,3.4e-5,-9e-6\n",
+];
+
+#[test]
+fn tables_of_impedance_instruments_are_read_by_name_and_unit() {
+    let cell = [
+        (1e4, 0.0201, -3e-4),
+        (100.0, 0.025, -4e-3),
+        (1.0, 0.034, -9e-3),
+    ];
+    for text in LAYOUTS {
+        let read = super::response_of(Path::new("cell.dta"), text.as_bytes());
+        let points = read.unwrap_or_else(|why| panic!("{text}: {why}")).points;
+        assert_eq!(points.len(), 3, "{text}");
+        for ((omega, z), (hz, re, im)) in points.into_iter().zip(cell) {
+            let off = (z - Complex::new(re, im)).norm() / z.norm();
+            let of_omega = (omega / (hz * std::f64::consts::TAU) - 1.0).abs();
+            assert!(off < 1e-8 && of_omega < 1e-8, "{text}: {omega} {z}");
+        }
+    }
+}
+
 #[test]
 fn a_response_keeps_its_coherent_rows_and_has_no_negative_gain() {
     let folder = Folder::empty();
@@ -73,7 +106,7 @@ fn a_response_keeps_its_coherent_rows_and_has_no_negative_gain() {
     let read = |rows: &str| {
         let text = format!("omega_rad_s,gain,phase_deg,coherence\n{rows}");
         std::fs::write(&file, text).expect("writes");
-        read_response(&file)
+        response_in(&file)
     };
     let found = read("1,2,0,0.95\n2,-9,0,0.9499\n3,1,-90,1\n").expect("two rows");
     let frequencies: Vec<f64> = found.points.iter().map(|point| point.0).collect();
@@ -125,9 +158,13 @@ const WRONG: &str = r#"
 
 /// The columns of a measured response, and a part of what is said of it.
 const WRONG_ROWS: &str = r#"
-    omega,gain,phase_deg\n1,1,3\n2,1,3\n | no column of the frequency
+    speed,gain,phase_deg\n1,1,3\n2,1,3\n | no column of the frequency
     omega_rad_s,gain\n1,1\n2,1\n | no column of the phase
     omega_rad_s,gain,phase_deg\n1,1,3\n2,x,3\n3,1,3\n | line 3, column gain: "x" is not a finite number
+    f (Hz),|Z|,theta\n1,1,0.3\n2,1,0.3\n | may be in ° or rad: name it phase_deg
+    f (V),gain,phase_deg\n1,1,3\n2,1,3\n | unit "V" is not a unit of omega
+    f (Hz),z',zreal,z''\n1,1,3,1\n2,1,3,1\n | the columns z' and zreal both look like the real
+    f (Hz),z'\n1,1\n2,1\n | no column of the imaginary
     omega_rad_s,gain,phase_deg\n | no row with numbers
     omega_rad_s,gain,phase_deg\n1,1,3\n | number of frequencies 1 is not at least 3
 "#;

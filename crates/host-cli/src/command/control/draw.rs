@@ -4,12 +4,14 @@ use crate::picture::{Panel, Points, linear, logarithmic, page, short_name};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
 use fractional_control::design::{ControlAnswer, Trial, TunedController};
 use fractional_control::model_search::InputOutput;
+use fractional_control::num_complex::Complex;
 use fractional_control::{ControllerSetup, Crossing};
 use haptic_experiment::control::in_short;
 use haptic_experiment::question::analysis::decibel;
 use haptic_experiment::question::control_loop::run::Simulated;
 use haptic_experiment::question::control_loop::{ControlLoop, NamedPlant};
-use haptic_experiment::question::plant::PlantAnswer;
+use haptic_experiment::question::plant::response::ResponseAnswer;
+use haptic_experiment::question::plant::{PlantAnswer, PlantFound};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::{in_five_digits, written};
 
@@ -101,8 +103,42 @@ fn panels_of(record: &InputOutput, model: &[f64], title: &'static str) -> [Panel
     ]
 }
 
+/// A function beside what it was found in.
+pub(super) fn draw_identified(found: &PlantFound, name: &str) -> Result<Picture, FigureError> {
+    match found {
+        PlantFound::Record(answer) => draw_of_record(answer, name),
+        PlantFound::Response(answer) => draw_of_response(answer, name),
+    }
+}
+
+/// Gain and phase of a response and of its function.
+fn draw_of_response(answer: &ResponseAnswer, name: &str) -> Result<Picture, FigureError> {
+    type Value = fn(Complex<f64>) -> f64;
+    let values: [(&'static str, Value, AxisSpec<'static>); 2] = [
+        ("gain", |h| h.norm(), logarithmic("gain")),
+        ("phase", |h| h.arg().to_degrees(), linear("phase / °")),
+    ];
+    let panels = values.map(|(title, value, axis)| {
+        let pairs = answer.points.iter().zip(answer.model());
+        let (points, model): (Points, Points) = pairs
+            .map(|((omega, h), g)| ((*omega, value(*h)), (*omega, value(*g))))
+            .unzip();
+        Panel::new(title, logarithmic(OMEGA), axis)
+            .with("response", Look::Markers, 3, points)
+            .with("function", Look::Line, 0, model)
+    });
+    let count = answer.report.frequencies;
+    let subtitle = format!(
+        "{} · {count} frequencies\n{}",
+        short_name(name),
+        answer.function()
+    );
+    let title = "A transfer function from a frequency response";
+    page(title, &subtitle, 1, &panels)
+}
+
 /// A function beside its record, and beside another one that it is tried on.
-pub(super) fn draw_identified(answer: &PlantAnswer, name: &str) -> Result<Picture, FigureError> {
+fn draw_of_record(answer: &PlantAnswer, name: &str) -> Result<Picture, FigureError> {
     let panels = panels_of(&answer.record, answer.model(), "record and function");
     let mut panels = Vec::from(panels);
     if let Some(tried) = &answer.tried {

@@ -8,23 +8,25 @@ use crate::output::{Output, note};
 use crate::table;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::question::plant::PlantQuestion;
 use haptic_experiment::question::plant::keys::PlantForm;
-use haptic_experiment::question::plant::report::PlantReport;
+use haptic_experiment::question::plant::{FoundReport, PlantData, PlantQuestion};
 use haptic_quantity::written;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-/// Fit a fractional transfer function to a record
+/// Fit a fractional transfer function to a record or a frequency response
 ///
 /// Fits coefficients, orders and dead time together, to a CSV record at any times, and where the plant was when it
 /// began: at rest, settled at another input, or moving. Writes a plant file for the other commands of control.
 ///
-/// Without --model it tries integer orders with up to four poles, and one or two powers of s with
-/// free orders, and chooses the simplest function whose BIC is close to the lowest. Warnings say what
-/// the function does not explain, which numbers the record does not determine, and whether dead
-/// time and a pole can be distinguished.
+/// Without --model it tries integer orders with up to four poles, one or two powers of s with free orders, and sums
+/// of a resistance, arcs and a power, and chooses the simplest function whose BIC is close to the lowest. A sum in
+/// --model stays one. Warnings say what the function does not explain, which numbers the record does not determine,
+/// and whether dead time and a pole can be distinguished.
+///
+/// A table of frequencies with gain and phase, or real and imaginary parts, is fitted as such, its errors in
+/// proportion to its size, and is tested by Kramers' and Kronig's relations.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control identify record.csv --columns \
@@ -49,7 +51,7 @@ const A_SAMPLE_S: f64 = 6e-5;
 #[derive(Serialize)]
 struct Shown<'a> {
     #[serde(flatten)]
-    report: &'a PlantReport,
+    report: FoundReport<'a>,
     plant_file: Option<String>,
     files: &'a [String],
 }
@@ -62,13 +64,16 @@ impl Arguments {
         let read = |path: &Path| {
             let columns = question.columns.clone();
             table::read(path, columns, |columns, bytes| {
-                question.read(columns, bytes)
+                question.data(columns, bytes)
             })
         };
         let record = read(&self.data)?;
         let other = Some(&*form.validate).filter(|path| !path.is_empty());
         let other = other.map(|path| read(path.as_ref())).transpose()?;
-        let samples = record.record.time_s.len();
+        let samples = match &record {
+            PlantData::Record(record) => record.record.time_s.len(),
+            PlantData::Response(_) => 0,
+        };
         if samples > LONG && !output.quiet {
             let words = format!(
                 "{samples} samples take about {}; every tenth may be enough for a slow plant",
@@ -85,18 +90,18 @@ impl Arguments {
             }
             done => bar.inc(done as u64),
         };
-        let answer = question.answer(record, other, &AtomicBool::new(false), &steps);
+        let answer = question.found(record, other, &AtomicBool::new(false), &steps);
         bar.finish_and_clear();
         let answer = answer?;
         let name = self.data.file_name().unwrap_or(self.data.as_os_str());
         let name = name.to_string_lossy();
         let text = || answer.to_toml(PROGRAM, &name);
         let (plant_file, figure) = outputs.write(text, || draw_identified(&answer, &name));
-        for warning in &answer.report.warnings {
+        for warning in answer.warnings() {
             output.warn(warning);
         }
         output.report(&Shown {
-            report: &answer.report,
+            report: answer.report(),
             plant_file,
             files: figure.as_slice(),
         })?;
