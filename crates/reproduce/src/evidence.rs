@@ -169,8 +169,8 @@ fn robust(
     direction: &str,
     at: impl Fn(f64, f64) -> (f64, f64),
     scale: impl Fn(f64, f64) -> f64,
-) -> Found {
-    let (mut holds, mut words) = (true, Vec::new());
+) -> Result<Robust, AnalysisError> {
+    let (mut moves, mut falls_with_order, mut words) = (true, true, Vec::new());
     for (hand, name) in [(1.0, "with the hand"), (0.0, "without one")] {
         let mut areas = Vec::new();
         for mu in ORDERS {
@@ -187,27 +187,54 @@ fn robust(
         let changes: Vec<f64> =
             (areas.iter().map(|area| (area[2] - area[0]).abs() / area[1])).collect();
         let (at_one, change, how) = (list(&areas[2]), list(&changes), falling(&changes));
-        holds &= found == direction && falls(&changes);
+        moves &= found == direction;
+        falls_with_order &= falls(&changes);
         words.push(format!(
             "{name} it {found} ({at_one} at μ = 1), by {change} ({how})"
         ));
     }
-    Ok((Some(holds), words.join(", ")))
+    Ok(Robust {
+        moves,
+        falls_with_order,
+        words: words.join(", "),
+    })
+}
+
+/// A region against a parameter: its area moves in the direction at each order, and its change falls with μ.
+struct Robust {
+    moves: bool,
+    falls_with_order: bool,
+    words: String,
+}
+
+/// The region over T in the plane of α and β and in that of K and B, and the numbers in words.
+fn over_time(kind: Kind) -> Result<([Robust; 2], String), AnalysisError> {
+    let at = |factor: f64, hand: f64| varied(factor, 1.0, hand);
+    let nondimensional = robust(kind, "shrinks", at, |_, _| 1.0)?;
+    // α = KT²/m and β = BT^(2−μ)/m, so areas in K and B go with T^(−2)·T^(μ−2).
+    let with_units = robust(kind, "shrinks", at, |mu, factor| factor.powf(mu - 4.0))?;
+    let numbers = format!(
+        "area in α and β: {}; in K and B, over α and β of once T: {}",
+        nondimensional.words, with_units.words
+    );
+    Ok(([nondimensional, with_units], numbers))
+}
+
+pub(crate) fn shrinks_over_time(kind: Kind) -> Found {
+    let (planes, numbers) = over_time(kind)?;
+    Ok((Some(planes.iter().any(|plane| plane.moves)), numbers))
 }
 
 pub(crate) fn robust_to_time(kind: Kind) -> Found {
-    let at = |factor: f64, hand: f64| varied(factor, 1.0, hand);
-    let (nondimensional, words) = robust(kind, "shrinks", at, |_, _| 1.0)?;
-    // α = KT²/m and β = BT^(2−μ)/m, so areas in K and B go with T^(−2)·T^(μ−2).
-    let (with_units, in_k_and_b) = robust(kind, "shrinks", at, |mu, factor| factor.powf(mu - 4.0))?;
-    let numbers =
-        format!("area in α and β: {words}; in K and B, over α and β of once T: {in_k_and_b}");
-    Ok((nondimensional.max(with_units), numbers))
+    let (planes, numbers) = over_time(kind)?;
+    let holds = |plane: &Robust| plane.moves && plane.falls_with_order;
+    Ok((Some(planes.iter().any(holds)), numbers))
 }
 
 pub(crate) fn robust_to_damping(kind: Kind) -> Found {
     let at = |factor: f64, hand: f64| varied(1.0, factor, hand);
-    robust(kind, "grows", at, |_, _| 1.0)
+    let over = robust(kind, "grows", at, |_, _| 1.0)?;
+    Ok((Some(over.moves && over.falls_with_order), over.words))
 }
 
 pub(crate) fn robust_to_hand(kind: Kind) -> Found {

@@ -26,7 +26,7 @@ fn assert_figure(place: &Place, figure: &Value) {
 fn assert_claims(claims: &[Value]) {
     // Areas are compared in planes that the statement names; Corollary 1 says *if*.
     for (id, words) in [
-        ("C4a", "in the same plane, either that of α"),
+        ("C4a", "in the plane of α"),
         ("C4b", "α–β plane"),
         ("C7", "passive if"),
     ] {
@@ -64,7 +64,7 @@ fn the_dissertation_is_made_again_and_judged() {
     let claims = result["claims"].as_array().expect("claims").clone();
     assert_eq!(
         ids(&claims),
-        "C1 C2 C3 C4a C4b C5 C6 C7 C8 C9 C10 C11 C12 C13 C14 C15 C16 C17"
+        "C1 C2 C3 C4a C4b C4c C5 C6 C7 C8 C9 C10 C11 C12 C13 C14 C15 C16 C17"
     );
     assert_claims(&claims);
     // Self-contained.
