@@ -95,7 +95,7 @@ impl Analysis {
         warn: Warn<'_>,
     ) -> Result<Analysed, Failure> {
         match self {
-            Self::Felt(felt) => felt.answer(),
+            Self::Felt(felt) => felt.answer(warn),
             Self::Wall(wall, asked) => asked(wall, warn),
             Self::Coupling(coupler) => coupler.answer(),
             Self::Teleoperation(asked) => asked.answer(progress, stop),

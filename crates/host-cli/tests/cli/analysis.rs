@@ -255,3 +255,27 @@ fn a_wall_that_friction_alone_holds_still_is_named_so() {
     assert_eq!(report["verdict"], "held-by-friction");
     assert_eq!(report["stable"], false);
 }
+
+#[test]
+fn a_tissue_of_several_elements_is_named_whole_and_judged_within_its_record() {
+    let piece = "--tissue fish-muscle --area 4cm2 --thickness 20mm --sample-time 1ms --json";
+    let place = Place::new();
+    for (analysis, more) in [
+        ("environment", ""),
+        ("transparency", "--mass 65g --damping 3.5"),
+    ] {
+        let ended = place.run(&format!("analyze {analysis} {piece} {more}"));
+        assert_says(
+            &ended.stderr,
+            "come from 0.0139 to 981 s & times earlier: times are 1/ω here",
+        );
+        let report = ended.succeeded_with_warnings().json();
+        // One of its two spring-pots alone would look like the whole.
+        for key in ["order", "stiffness_n_per_m", "dissipation_n_s_mu_per_m"] {
+            assert!(report[key].is_null(), "{report}");
+        }
+        assert_eq!(report["tissue"], "fish-muscle");
+    }
+    let within = format!("analyze environment {piece} --omega-min 0.01 --omega-max 50");
+    assert_eq!(place.run(&within).stderr, "");
+}

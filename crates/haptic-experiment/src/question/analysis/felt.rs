@@ -12,6 +12,7 @@ use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use crate::document::reader::Table;
 use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::rows;
+use crate::run::device::Warn;
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Order, Scheme, Seconds};
 use haptic_analysis::{
@@ -218,7 +219,12 @@ impl Felt {
         })
     }
 
-    pub(super) fn answer(&self) -> Result<Analysed, Failure> {
+    pub(super) fn answer(&self, warn: Warn<'_>) -> Result<Analysed, Failure> {
+        let ends = [self.omegas.first(), self.omegas.last()];
+        if let [Some(low), Some(high)] = ends {
+            let beyond = self.law.beyond((1.0 / high, 1.0 / low));
+            beyond.iter().for_each(|beyond| warn(beyond));
+        }
         let points = self.omegas.iter().map(|&omega| self.point(omega));
         let points = points.collect::<Result<Vec<_>, Failure>>()?;
         let shown = points.iter().map(|at| {

@@ -161,9 +161,9 @@ impl Law {
         matches!(self.in_place, Some(InPlace::Controller(_)))
     }
 
-    /// A number of a wall, which a controller has not, for a report.
+    /// A number of a wall, which a controller has not, nor a tissue of several elements, for a report.
     pub(super) fn of_wall(&self, number: impl Into<Option<f64>>) -> Option<f64> {
-        number.into().filter(|_| !self.is_controller())
+        number.into().filter(|_| self.is_one_element())
     }
 
     /// True of a controller that pushes on and on at a place that stands.
@@ -171,8 +171,20 @@ impl Law {
         matches!(&self.in_place, Some(InPlace::Controller(controller)) if controller.integrates)
     }
 
-    /// True if it is K + B·D^μ, of which Corollary 1 speaks.
-    pub(super) fn has_corollary(&self) -> bool {
+    /// A sentence that says how far times of 1/ω, s, lie outside the record of a tissue.
+    pub(super) fn beyond(&self, times_s: (f64, f64)) -> Option<String> {
+        let Some(InPlace::Tissue(tissue)) = &self.in_place else {
+            return None;
+        };
+        let Matter::Tissue(piece) = &tissue.matter else {
+            return None;
+        };
+        let beyond = piece.material.beyond(times_s)?;
+        Some(format!("{beyond}: times are 1/ω here"))
+    }
+
+    /// True if it is K + B·D^μ, of which Corollary 1 and these numbers speak.
+    pub(super) fn is_one_element(&self) -> bool {
         match &self.in_place {
             None => true,
             Some(InPlace::Tissue(tissue)) => !tissue.is_composed,
@@ -204,7 +216,7 @@ impl Law {
             }
         };
         let scheme = format!("scheme {}", self.scheme);
-        let k_and_b = k_and_b.filter(|_| !self.is_controller());
+        let k_and_b = k_and_b.filter(|_| self.is_one_element());
         [law, scheme].into_iter().chain(k_and_b).collect()
     }
 }

@@ -349,7 +349,7 @@ impl WallLoop {
                 active_rad_s: None,
             },
         };
-        let corollary = required.filter(|_| self.law.has_corollary());
+        let corollary = required.filter(|_| self.law.is_one_element());
         let damping = required
             .zip(units)
             .map(|(required, [m, t])| required.delta * m / t);
