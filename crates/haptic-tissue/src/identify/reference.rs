@@ -6,9 +6,9 @@
 //! ```
 //! Being positive regularises the spectrum: of all τ on a grid a few modes are active, and between two rounds the grid is halved about them.
 //! The noise is what the reference leaves, and not what the closest candidate leaves, which would be excused for what it misses. The filter
-//! is that of the closest candidate as long as what the spectrum leaves is white behind it: else the candidate misses something, and the
-//! noise is what the spectrum leaves. From the start on its own, the spectrum would draw slow noise. Active modes count as parameters. A record with fewer than 25
-//! numbers has no reference: there a spectrum leaves next to nothing, and everything would be refused.
+//! is that of the closest candidate as long as the spectrum leaves half its squares at least, and white ones behind it: else the candidate
+//! misses something, and the noise is what the spectrum leaves. On its own the spectrum would draw slow noise.
+//! A record with fewer than 25 numbers has no reference: there a spectrum leaves next to nothing, and everything would be refused.
 //!
 //! - *Errors*: none; a record of which the spectrum leaves more than a tenth has white noise and no test.
 //! - *Cost*: six non-negative least squares of some 60 columns; two of them for a candidate that fits, 19 to 99 for one that does not.
@@ -42,6 +42,8 @@ const GAIN: f64 = 0.01;
 /// Noise is at most this share of a record, and its filter leaves at least this share of it.
 const NOISE: f64 = 0.1;
 const NEW: f64 = 0.05;
+/// Share of the squares of the closest candidate that a spectrum leaves at least of slow noise: of a misfit it leaves less.
+const AS_MUCH: f64 = 0.5;
 /// Standard errors of an autocorrelation that are chance.
 const CHANCE: f64 = 3.0;
 /// Made records of the test: of a candidate that fits the first few show it. After some a ratio this many times the largest is beyond all.
@@ -99,11 +101,8 @@ impl<'a> Reference<'a> {
             true => all.clone().map(|n| libm::exp(wanted(n))).collect(),
             false => vec![1.0; plain.len()],
         };
-        let mut noise = noise_of(
-            &plain,
-            &whitened::residuals(closest, &plain, &best.elements),
-        );
-        let mut before = [f64::INFINITY, 0.0];
+        let missed = whitened::residuals(closest, &plain, &best.elements);
+        let (mut noise, mut before) = (Autoregression::default(), [f64::INFINITY, 0.0]);
         for round in 0..ROUNDS {
             let filtered = plain.filtered(noise);
             let straight = |column: &[f64]| -> Vec<f64> {
@@ -161,7 +160,10 @@ impl<'a> Reference<'a> {
             if is_logarithmic {
                 about = model;
             }
-            if !is_white(&filtered, &rest) {
+            let is_as_much = square(&left) > AS_MUCH * square(&missed);
+            if round == 0 && is_as_much {
+                noise = noise_of(&plain, &missed);
+            } else if !is_white(&filtered, &rest) {
                 noise = noise_of(&plain, &left);
             }
             spacing *= 0.5;

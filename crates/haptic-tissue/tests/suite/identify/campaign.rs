@@ -11,8 +11,9 @@ use haptic_tissue::{Model, ModelKind};
 use measured_table::{Column, Columns};
 use testkit::Random;
 
-/// Models with the elements of the middle of the band.
-const TRUTHS: [(ModelKind, &[f64]); 8] = [
+/// Models with the elements of the middle of the band. Those with branches, a Burgers model first, are no candidates: of them a choice that
+/// leaves too much has to be said to.
+const TRUTHS: [(ModelKind, &[f64]); 10] = [
     (ModelKind::SpringPot, &[3610.0, 0.2154]),
     (ModelKind::FractionalKelvinVoigt, &[2e3, 0.7, 2e3, 0.15]),
     (ModelKind::FractionalMaxwell, &[3e4, 0.7, 3e4, 0.15]),
@@ -24,6 +25,8 @@ const TRUTHS: [(ModelKind, &[f64]); 8] = [
     (ModelKind::KelvinVoigt, &[3e3, 2e3]),
     (ModelKind::Maxwell, &[5e3, 1e4]),
     (ModelKind::Zener, &[2e3, 6e3, 1e4]),
+    (ModelKind::Prony, &[0.0, 4e3, 0.5, 2e3, 20.0]),
+    (ModelKind::Prony, &[1e3, 5e3, 0.2, 2e3, 3.0, 2e3, 40.0]),
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +44,8 @@ struct Case {
     kind: Kind,
     truth: (ModelKind, Vec<f64>),
     record: Record,
+    /// Root of the mean square of the noise.
+    noise: f64,
 }
 
 fn spread(low: f64, high: f64, count: usize) -> Vec<f64> {
@@ -64,12 +69,16 @@ impl Case {
         let shown = TRUTHS.iter().filter(|truth| {
             // Not what its stress after a step of strain cannot show.
             let is_rigid = truth.0 == ModelKind::KelvinVoigt;
+            let is_of_logarithms =
+                matches!(kind, Kind::Relaxation | Kind::Creep | Kind::Oscillation);
             !(is_rigid && matches!(kind, Kind::Relaxation | Kind::Motion))
+                && (is_of_logarithms || truth.0 != ModelKind::Prony)
         });
         let shown: Vec<_> = shown.collect();
         let &&(model_kind, middle) = &shown[(number / 7) as usize % shown.len()];
         let size = 10_f64.powf(random.between(-1.0, 1.0));
-        let parameters = middle.iter().map(|value| match *value < 1.0 {
+        let parameters = middle.iter().map(|value| match *value < 100.0 {
+            true if model_kind == ModelKind::Prony => *value,
             true => value + random.between(-0.04, 0.04),
             false => value * size * random.between(0.8, 1.25),
         });
@@ -81,6 +90,7 @@ impl Case {
         let noise = noise(2 * count, alike, 77 * number);
         let noise: Vec<f64> = noise.iter().map(|noise| size * noise).collect();
         Self {
+            noise: (noise.iter().map(|x| x * x).sum::<f64>() / noise.len() as f64).sqrt(),
             record: record(kind, &model, count, &noise),
             truth: (model_kind, parameters),
             kind,
@@ -203,7 +213,8 @@ fn left(found: &Identification) -> f64 {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn made_tissues_are_chosen_as_what_they_are_or_simpler_and_held_by_their_intervals() {
     let cases = testkit::cases(6_u64);
-    let (mut right, mut inside, mut numbers, mut said, mut unsaid) = (0, 0, 0, 0, 0);
+    let (mut right, mut inside, mut numbers) = (0, 0, 0);
+    let (mut said, mut unsaid, mut branches) = (0, 0, 0);
     for number in 0..cases {
         let case = Case::new(number);
         let (kind, parameters) = &case.truth;
@@ -217,33 +228,41 @@ fn made_tissues_are_chosen_as_what_they_are_or_simpler_and_held_by_their_interva
         );
         let all = case.found(&CANDIDATES);
         let chosen = all.fits[0].kind;
+        let is_said = (all.warnings.join(" ")).contains("another kind of model is needed");
+        said += u64::from(is_said);
+        if *kind == ModelKind::Prony {
+            let over = left(&all) / case.noise;
+            println!(
+                "{number} {:?} {kind}: {chosen} leaves {over:.2}, said {is_said}",
+                case.kind
+            );
+            unsaid += u64::from(over > 1.5 && !is_said);
+            branches += 1;
+            continue;
+        }
         let count = |kind: ModelKind| kind.parameters().len();
         let is_right = chosen == *kind || count(chosen) < count(*kind);
         right += u64::from(is_right);
         let found = case.found(&[*kind]);
         let over = left(&all) / left(&found);
-        let is_said = all
-            .warnings
-            .join(" ")
-            .contains("another kind of model is needed");
-        said += u64::from(is_said);
         unsaid += u64::from(over > 1.5 && !is_said);
         let pairs = found.fits[0].parameters.iter().zip(parameters);
         let held = pairs.filter(|(one, truth)| holds(one, **truth)).count();
         if !is_right || held < parameters.len() || over > 1.5 || is_said {
             println!(
-                "{number} {:?} {}: {chosen}, {held} of {}, leaves {over:.2}, said {is_said}, noise {:.1e}",
+                "{number} {:?} {kind}: {chosen}, {held} of {}, leaves {over:.2}, said {is_said}, noise {:.1e}",
                 case.kind,
-                kind,
                 parameters.len(),
-                left(&found)
+                case.noise
             );
         }
         (inside, numbers) = (inside + held, numbers + parameters.len());
     }
+    let cases = cases - branches;
     println!(
         "{right} of {cases} right, {inside} of {numbers} inside, {unsaid} unsaid, {said} said"
     );
+    assert_eq!(unsaid, 0);
     assert!(
         right as f64 >= 0.9 * cases as f64 - 1.0,
         "{right} of {cases}"
