@@ -141,7 +141,7 @@ pub(super) fn identified(
             Err(error) => failed.push(error),
         }
     }
-    let reference = compare(&mut fitted, &target);
+    let reference = compare(&mut fitted, &target, record.is_own_log);
     fitted.sort_by(|a, b| a.fit.by_bic(&b.fit));
     let misfit = |index: usize| fitted[index].misfit(reference.as_ref()?);
     let fits = || fitted.iter().map(|fitted| &fitted.fit);
@@ -248,14 +248,17 @@ impl Tried<'_> {
     }
 }
 
-/// Compares fits through the noise of the reference: through its own, one that misses the record would have its misfit excused. What a loop
-/// rendered has no reference, but for what the closest of the others leaves.
-fn compare<'a>(fitted: &mut [Tried<'_>], target: &Target<'a>) -> Option<Reference<'a>> {
-    let is_rendered = fitted.iter().any(|tried| tried.is_rendered);
+/// Compares fits through the noise of the reference: through its own, one that misses the record would have its misfit excused. A log of our
+/// own, which a loop may have rendered, has the noise of the closest.
+fn compare<'a>(
+    fitted: &mut [Tried<'_>],
+    target: &Target<'a>,
+    is_own_log: bool,
+) -> Option<Reference<'a>> {
     let noisy = fitted.iter().filter(|tried| !tried.is_rendered);
     let closest = noisy.min_by(|a, b| a.fit.rms.total_cmp(&b.fit.rms))?;
     let (candidate, best) = (closest.candidate, &closest.best);
-    let reference = (!is_rendered).then(|| Reference::of(target, candidate, best));
+    let reference = (!is_own_log).then(|| Reference::of(target, candidate, best));
     let reference = reference.flatten();
     let noise = match &reference {
         Some(reference) => reference.noise(),
