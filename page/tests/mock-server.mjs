@@ -381,7 +381,8 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         for (const depth of message.depths_m) page.surface = Math.max(depth, page.surface * Math.exp(-0.02 / 3));
         return { surface_m: page.surface };
       case "ask": {
-        const { wall, record, control, analyze, simulate } = message.question;
+        const { wall, record, explain_record: explained, control, analyze, simulate } = message.question;
+        if (explained) return { read: [{ name: explained.name, lines: [{ level: 0, key: "columns", label: "columns", columns: ["name", "taken for"], rows: explained.text.split("\n")[0].split(",").map((name) => [name, "–"]), length: 3 }] }] };
         if (control) return designedControl(control);
         if (analyze || simulate) return askedLoop(analyze ?? simulate, simulate !== undefined);
         if (wall) return judgedWall(wall);

@@ -798,6 +798,9 @@ test("a CSV that is dropped is identified; one that is none is refused with a se
   const depths = Array.from({ length: 200 }, (_, n) => (n / 199) * 1e-3);
   await drop(`time_s,position_m,force_n\n${depths.map((d) => `${d * 1000},${d},${(16 / 9) * Math.sqrt(4e-3) * 1000 * d ** 1.5}`).join("\n")}\n`, "sphere.csv");
   await until(async () => (await page.locator(".identify p.trouble").count()) === 1, "a force without a specimen is not refused", 30_000);
+  await page.getByText("How it is read").click();
+  await until(async () => /position_m/.test(await page.locator(".identify .result table").first().textContent()), "its columns are not explained");
+  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/explained.png` });
   const field = (name) => page.locator(".identify .fields label", { hasText: name });
   await field(/^loading/).locator("select").selectOption("sphere");
   assert.equal(await field(/^half angle/).isVisible(), false);
