@@ -4,15 +4,12 @@
 //! definition by powers of s knows nothing (R. Gorenflo, F. Mainardi, *Fractional calculus: integral and differential equations of fractional
 //! order*, 1997, equation 4.5).
 
-use crate::fixture::searched;
 use fracdiff::Seconds;
-use fractional_control::model_search::{
-    Found, InputOutput, Wanted, candidates_of, find_start, identify,
-};
+use fractional_control::model_search::{InputOutput, Wanted, candidates_of, find_start, identify};
 use fractional_control::num_complex::Complex;
 use fractional_control::{
-    ControlError, DeadTime, FreeNumber, IdentifiedResponse, SumOfParts, identify_response,
-    kramers_kronig, search_response,
+    DeadTime, FreeNumber, IdentifiedResponse, SumOfParts, identify_response, kramers_kronig,
+    search_response,
 };
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -205,35 +202,6 @@ fn a_spectrum_of_a_system_that_drifts_or_with_its_sign_turned_is_told() {
     let drifts = kramers_kronig(&points).expect("a test");
     assert!(!drifts.holds && !drifts.is_turned, "{drifts:?}");
     assert_eq!(kramers_kronig(&points[..5]), None);
-}
-
-/// The numbers of the first function, and it.
-fn first(found: Result<Vec<Found>, ControlError>) -> (usize, String) {
-    let found = found.expect("a function");
-    let best = &found[0].identified;
-    let sum = SumOfParts::new(best.parts.clone()).expect("a sum");
-    (best.standard_errors.len(), sum.to_string())
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn fractional_plants_are_found_with_at_most_one_number_too_many() {
-    let count: u64 = testkit::cases(3);
-    let right = (0..count).into_par_iter().filter(|number| {
-        let mut random = Random(*number);
-        let cell = Cell::drawn(*number, &mut random);
-        let mut record = cell.record(random.log_between(5e-4, 0.01), &mut random);
-        find_start(&mut record, true, None);
-        let (numbers, found) = first(searched(&record, None));
-        let is_right = numbers <= cell.numbers() + 1;
-        if !is_right {
-            println!("{number}: {}: {found}", cell.sum());
-        }
-        is_right
-    });
-    let right = right.count() as u64;
-    println!("{right} of {count} fractional plants");
-    assert!(10 * right >= 9 * count, "{right} of {count}");
 }
 
 #[test]
