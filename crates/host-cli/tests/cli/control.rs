@@ -248,7 +248,7 @@ fn a_german_record_gives_its_plant_and_its_dead_time_back() {
     );
     assert_eq!(json["delay_determined"], true);
     place.write("no.csv", "PK\u{3}\u{4}\u{14}");
-    place.refuses("control identify no.csv => no.csv: this is no text | CSV");
+    place.refuses("control identify no.csv => no.csv: this is no workbook | CSV");
 }
 
 #[test]
