@@ -46,9 +46,15 @@ pub(crate) fn identify_plant<'py>(
             [&found.time_s, &found.input, &found.output, answer.model()].map(numbers)
         }
         PlantFound::Response(answer) => {
-            let (omegas, values): (Vec<f64>, Vec<Complex64>) = answer.points.iter().copied().unzip();
+            let (omegas, values): (Vec<f64>, Vec<Complex64>) =
+                answer.points.iter().copied().unzip();
             let model = answer.model().to_vec();
-            [numbers(&omegas), numbers(&[]), complex(values), complex(model)]
+            [
+                numbers(&omegas),
+                numbers(&[]),
+                complex(values),
+                complex(model),
+            ]
         }
     };
     let program = concat!("fractional_haptics ", env!("CARGO_PKG_VERSION"));
