@@ -528,7 +528,7 @@ def explain_table(table: str | os.PathLike[str], *, columns: str = "", units: st
     --------
     >>> import tempfile, pathlib
     >>> gel = pathlib.Path(tempfile.mkdtemp()) / "gel.csv"
-    >>> _ = gel.write_text("t (min),G (kPa)\n0.1,1.2\n1,0.8\n10,0.5\n")
+    >>> _ = gel.write_text("t (min),G (kPa)\\n0.1,1.2\\n1,0.8\\n10,0.5\\n")
     >>> [(one["taken_for"], one["first_value"]) for one in explain_table(gel)["columns"]]
     [('time', 6.0), ('modulus', 1200.0)]
     """
