@@ -96,9 +96,6 @@ impl HandPort {
         let (sin, cos) = libm::sincos(half);
         let held = Complex::new(cos, -sin) * (sin / half) * path.continuous(theta);
         let [by_hand, by_law] = [&self.b_hand, b].map(|input| self.moved(input, omega));
-        let seen = |c: &RowDVector<f64>, x: &DVector<Complex<f64>>| -> Complex<f64> {
-            c.iter().zip(x.iter()).map(|(c, x)| x * c).sum()
-        };
         let pushed = held * h * seen(c, &by_hand) / (loop_gain + 1.0);
         let stiffness = (seen(&self.c_hand, &by_hand) - seen(&self.c_hand, &by_law) * pushed).inv();
         Effective::new(omega, stiffness.re, stiffness.im / omega)
@@ -107,9 +104,7 @@ impl HandPort {
     /// Z₀(jω) of a hand that acts where the law does, N·s/m.
     fn impedance(&self, omega: f64) -> Complex<f64> {
         let (_, b, c) = &self.matrices;
-        let x = self.moved(b, omega);
-        let g: Complex<f64> = c.iter().zip(x.iter()).map(|(c, x)| x * c).sum();
-        Complex::new(0.0, -1.0 / omega) / g
+        Complex::new(0.0, -1.0 / omega) / seen(c, &self.moved(b, omega))
     }
 
     /// b₀, N·s/m, and the frequency where it is, rad/s; `None` if the hand acts elsewhere, or the plant is not passive by itself: a pole right of the
@@ -183,6 +178,11 @@ impl HandPort {
         below.reverse();
         [above, below]
     }
+}
+
+/// C·x.
+fn seen(c: &RowDVector<f64>, x: &DVector<Complex<f64>>) -> Complex<f64> {
+    c.iter().zip(x.iter()).map(|(c, x)| x * c).sum()
 }
 
 /// Even and odd part of a polynomial at jω, in powers of ω²: p(jω) = e(ω²) + jω·o(ω²).

@@ -305,6 +305,7 @@ fn gains(
         .map(|part| weighted(points, |omega| part.response(omega)));
     let columns: Vec<Vec<f64>> = columns.collect();
     let (shares, left) = positive_shares(columns, points, sign);
+    let left = left.iter().map(|rest| rest * rest).sum();
     let scaled = parts.iter().zip(&shares).map(|(part, share)| {
         let gain = Term::new(sign * share, 0.0);
         FractionalTransferFunction::new(&[gain], part.denominator().terms()).ok()
@@ -321,12 +322,12 @@ fn weighted(points: &[(f64, Complex<f64>)], response: impl Fn(f64) -> Complex<f6
     values.collect()
 }
 
-/// Non-negative shares of columns in sign·H, each column brought to one length, and the squares that are left.
+/// Non-negative shares of columns in sign·H, each column brought to one length, and what is left of its rows.
 fn positive_shares(
     mut columns: Vec<Vec<f64>>,
     points: &[(f64, Complex<f64>)],
     sign: f64,
-) -> (Vec<f64>, f64) {
+) -> (Vec<f64>, Vec<f64>) {
     let target = points.iter().flat_map(|(_, h)| {
         let value = h * (sign / h.norm());
         [value.re, value.im]
@@ -344,9 +345,9 @@ fn positive_shares(
             .zip(&shares)
             .map(|(column, share)| share * column[row])
             .sum();
-        (wanted - sum) * (wanted - sum)
+        wanted - sum
     });
-    let left = left.sum();
+    let left = left.collect();
     (
         shares
             .iter()
@@ -441,18 +442,10 @@ fn tested(points: &[(f64, Complex<f64>)], sign: f64) -> KramersKronig {
         .into_iter()
         .map(|response| weighted(points, response));
     let columns: Vec<Vec<f64>> = beside.chain(relaxations).collect();
-    let (shares, sum) = positive_shares(columns.clone(), points, sign);
-    let left = points.iter().enumerate().map(|(n, (_, h))| {
-        let at = |row: usize| -> f64 {
-            columns
-                .iter()
-                .zip(&shares)
-                .map(|(c, share)| share * c[row])
-                .sum()
-        };
-        h * (sign / h.norm()) - Complex::new(at(2 * n), at(2 * n + 1))
-    });
-    let left: Vec<Complex<f64>> = left.collect();
+    let (_, left) = positive_shares(columns, points, sign);
+    let sum: f64 = left.iter().map(|rest| rest * rest).sum();
+    let left = left.chunks_exact(2);
+    let left: Vec<Complex<f64>> = left.map(|at| Complex::new(at[0], at[1])).collect();
     let alike: f64 = left
         .windows(2)
         .map(|pair| (pair[0].conj() * pair[1]).re)

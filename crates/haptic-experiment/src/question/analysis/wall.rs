@@ -331,7 +331,7 @@ impl WallLoop {
             .map(|(required, delta)| required.passive(delta));
         let passivity = match &self.on_plant {
             Some(plant) if required.is_some_and(|law| !law.negative_at_rest) => {
-                self.passivity_on(plant, proved == Some(true))?
+                self.passivity_on(plant, proved == Some(true), plant_damping)?
             }
             _ => Passivity {
                 passive: required.map_or(Some(false), |_| proved),
@@ -387,7 +387,12 @@ impl WallLoop {
     }
 
     /// Passivity on a plant, where Theorem 1 did or did not prove it: necessary is that no single frequency gives a hand energy.
-    fn passivity_on(&self, plant: &OnPlant, is_proved: bool) -> Result<Passivity, Failure> {
+    fn passivity_on(
+        &self,
+        plant: &OnPlant,
+        is_proved: bool,
+        damping: Option<(f64, f64)>,
+    ) -> Result<Passivity, Failure> {
         let known = |passive, reason: Option<String>, active_rad_s| Passivity {
             passive,
             reason,
@@ -408,7 +413,7 @@ impl WallLoop {
             );
             return Ok(known(Some(false), Some(reason), Some(at.omega_rad_s)));
         }
-        let why = match plant.port.least_damping() {
+        let why = match damping {
             Some((damping, omega)) => format!(
                 "the plant damps by {} only, at {}",
                 written("damping_n_s_per_m", damping),
