@@ -3,10 +3,11 @@
 use super::column::Column;
 use super::error::TableError;
 use super::find::{Block, Blocks};
-use super::header::{Unit, foreign, understand};
+use super::header::{Unit, foreign, plain, split, understand};
 use super::heading::{Heading, are_units};
 use super::lines::{brief, rows_named, wrong};
 use super::text_file::{TABLE_MOST, decoded};
+use super::unit::{Dimension, rows};
 #[cfg(feature = "workbook")]
 use super::workbook::text_of;
 use csv::StringRecord;
@@ -112,7 +113,7 @@ impl TextTable {
 /// A name is a header with or without its unit, such as `Zeit` for `Zeit [ms]`, or the number of a
 /// column, from 1; `time_s` means the column of time, whatever its name, if there is one: of several that which does not stand still, numbers before
 /// dates and times of day, whose first is 0. Without a name of it there are no times. What a row lacks is NaN; empty lines do not count, as the time
-/// shows what is missing.
+/// shows what is missing. `input` and `output` mean a column of that name, or else the one whose name says so, as `Stellgröße`.
 ///
 /// # Errors
 /// As [`read_table`], but one column is enough; no or two columns of a name, two tables with them; no row; a cell that is not a finite
@@ -123,14 +124,25 @@ pub fn read_record<const N: usize>(
 ) -> Result<RecordColumns<N>, TableError> {
     let (chosen, mut places) =
         Chosen::of(bytes, |block, heading| places_of(names, block, heading))?;
+    let signals = names.iter().zip(places).skip(1);
+    let by_another = signals.filter_map(|(name, place)| {
+        let place = place.filter(|_| matches!(chosen.heading.place(name), Ok(None)))?;
+        Some(format!(
+            "column {} is taken as the {name}",
+            chosen.heading.names[place]
+        ))
+    });
+    let notes = by_another.collect();
     let time = places.first().copied().flatten();
     if let Some(since) = time.and_then(|time| chosen.block.instants(time)) {
         places[0] = None;
         let mut found = chosen.numbers(places)?;
         found.columns[0] = since;
+        found.notes = notes;
         return Ok(found);
     }
     let mut found = chosen.numbers(places)?;
+    found.notes = notes;
     let Some(time) = time else {
         let lacks = chosen.block.blank.or(found.gaps.first().copied());
         return lacks.map_or(Ok(found), |line| Err(wrong(line, NO_VALUE)));
@@ -151,6 +163,8 @@ pub struct RecordColumns<const N: usize> {
     pub lines: Vec<u64>,
     /// In the order of the requested names; NaN where a row lacks a signal. The first is empty if there are no times.
     pub columns: [Vec<f64>; N],
+    /// One sentence for each column that was taken by another name than the requested one.
+    pub notes: Vec<String>,
     gaps: Vec<u64>,
 }
 
@@ -233,6 +247,7 @@ impl Chosen {
         Ok(RecordColumns {
             lines: rows.iter().map(|row| row.0).collect(),
             columns: places.map(column).map(Option::unwrap_or_default),
+            notes: Vec::new(),
             gaps,
         })
     }
@@ -277,6 +292,9 @@ fn places_of<const N: usize>(
             let meaning = understand(&heading.names[place], heading.below(place));
             any_time && meaning.is_some_and(|meaning| meaning.column == Column::Time)
         };
+        let is_alike = |place: usize| {
+            is_time(place) || n > 0 && is_signal(name, &heading.names[place])
+        };
         places[n] = match heading.place(name)? {
             None => {
                 let times = (0..heading.names.len()).filter(|place| is_time(*place));
@@ -288,7 +306,7 @@ fn places_of<const N: usize>(
                 let [numbers, dates] = [false, true].map(|kind| runs(kind).collect::<Vec<_>>());
                 match (&times[..], &numbers[..], &dates[..]) {
                     ([_, _, ..], [one], _) | ([_, _, ..], [], [one]) => Some(*one),
-                    _ => heading.one(name, is_time)?,
+                    _ => heading.one(name, is_alike)?,
                 }
             }
             found => found,
@@ -299,6 +317,15 @@ fn places_of<const N: usize>(
         }
     }
     Ok(places)
+}
+
+/// True of a name that is known for a signal.
+fn is_signal(signal: &str, name: &str) -> bool {
+    let ended = name.rsplit_once('_');
+    let bare = ended.filter(|(_, unit)| unit.len() <= 2 || Dimension::knows(unit));
+    let name = plain(&bare.map_or_else(|| split(name).0, |(name, _)| name.to_owned()));
+    let mut signals = rows(include_str!("signals.txt")).filter_map(|row| row.split_once(" | "));
+    signals.any(|(known, names)| known == signal && names.split(", ").any(|one| one == name))
 }
 
 /// The name that stands for the column of time.

@@ -396,8 +396,8 @@ impl PlantQuestion {
             record.subtract_start();
         }
         check_signals(&record, &lines, signals).map_err(wrong)?;
-        let notes = gaps.into_iter().chain(repeated).chain(impossible);
-        let notes = notes.collect();
+        let left_out = gaps.into_iter().chain(repeated).chain(impossible);
+        let notes = found.notes.into_iter().chain(left_out).collect();
         Ok(PlantRecord { record, notes })
     }
 

@@ -233,9 +233,9 @@ fn a_german_record_gives_its_plant_and_its_dead_time_back() {
     let rows: String = (0..120).map(row).collect();
     place.write(
         "tank.csv",
-        format!("Prüfstand 3;;\n\nZeit [ms];Ventil [%];Stand [cm]\n{rows}"),
+        format!("Prüfstand 3;;\n\nZeit [ms];Stellgröße [%];temperatur_c\n{rows}"),
     );
-    let line = "control identify tank.csv --columns time=Zeit,input=Ventil,output=Stand -q --json";
+    let line = "control identify tank.csv -q --json";
     let json = place.run(line).succeeded_with_warnings().json();
     holds((number(&json, "delay_s") - 0.35).abs() < 1e-3, &json);
     holds(
@@ -244,9 +244,12 @@ fn a_german_record_gives_its_plant_and_its_dead_time_back() {
     );
     assert_says(
         &json["warnings"].to_string(),
-        "1 row (line 54) without an output & straight line",
+        "1 row (line 54) without an output & straight line & column Stellgröße [%] is taken as the input & temperatur_c is taken as the output",
     );
     assert_eq!(json["delay_determined"], true);
+    let two = "t,u,Temperatur,y\n0,0,0,0\n1,1,1,1\n2,1,1,1\n";
+    place.write("two.csv", two);
+    place.refuses("control identify two.csv => more than one column is named output | give its number");
     place.write("no.csv", "PK\u{3}\u{4}\u{14}");
     place.refuses("control identify no.csv => no.csv: this is no workbook | CSV");
 }

@@ -7,7 +7,7 @@ form! {
     /// Values that complete the table of a plant, by the names of keys; numbers in SI units.
     PlantForm, PLANT_RECORD:
     "Table"
-    PLANT_COLUMNS = columns: text("", "Columns, as in input=valve,output=temperature, or input=12@2s of one set to 12 at 2 s, or of a response frequency, real, imaginary, gain, phase [default: time_s, input, output; those of a response by name]");
+    PLANT_COLUMNS = columns: text("", "Columns, as in input=valve,output=temperature, or input=12@2s of one set to 12 at 2 s, or of a response frequency, real, imaginary, gain, phase [default: time_s, input, output, or by names such as Stellgröße; those of a response by name]");
     ROW_TIME = sample_time_s: optional(SAMPLE_TIMES, "Time from row to row, in place of a column of time");
     FIRST_ROW = subtract_start: flag("Subtract the first row: the record begins at rest, but not at 0");
     SMOOTH = smooth: flag("The input is smooth between samples, not held");
