@@ -180,7 +180,10 @@ pub trait OpenLoop {
                 break;
             };
             let (low, high) = (a.theta, b.theta);
-            if stays_below(self, peak, &a, &b, best.value * (1.0 + tolerance))
+            // A loop that is no number at both ends has no peak between them.
+            let is_nothing = a.share(peak).is_nan() && b.share(peak).is_nan();
+            if is_nothing
+                || stays_below(self, peak, &a, &b, best.value * (1.0 + tolerance))
                 || high - low <= self.narrow(high)
             {
                 continue;

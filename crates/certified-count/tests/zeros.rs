@@ -1,7 +1,10 @@
 //! Both walks against products of factors whose zeros are known.
 
 use certified_count::num_complex::Complex;
-use certified_count::{Curve, Enclosed, NodeValue, Place, count, is_clear};
+use certified_count::{
+    Bounds, Curve, Enclosed, Jet, LoopTerms, NodeValue, OpenLoop, Peak, Place, count, is_clear,
+};
+use std::cell::Cell;
 
 /// `Π(1 − c_k w)` with its zeros at `1/c_k`.
 struct Factors(Vec<f64>);
@@ -90,4 +93,53 @@ fn an_interval_is_clear_unless_a_zero_meets_the_circle() {
     };
     assert!(clear([0.1, 0.9]) && clear([1.1, 5.0]));
     assert!(!clear([0.5, 1.5]) && !clear([1.0, 2.0]));
+}
+
+/// A loop that is no number anywhere, and how often it was asked.
+struct Nowhere(Cell<u32>);
+
+impl OpenLoop for Nowhere {
+    type Node = ();
+
+    fn terms(&self, theta: f64) -> LoopTerms<()> {
+        self.0.set(self.0.get() + 1);
+        let nothing = Jet::ONE.over(Jet::ONE.plus(Jet::new((-1.0).into(), 0.0.into())));
+        let parts = [Jet::ONE, nothing];
+        LoopTerms {
+            theta,
+            parts,
+            node: (),
+        }
+    }
+
+    fn bounds(&self, _: &LoopTerms<()>, _: &LoopTerms<()>) -> [Bounds; 2] {
+        [Bounds::ONE; 2]
+    }
+
+    fn least(&self) -> f64 {
+        1e-8
+    }
+
+    fn angles(&self) -> Vec<f64> {
+        vec![1e-8, 1e-3, 1.0]
+    }
+
+    fn ends(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn narrow(&self, theta: f64) -> f64 {
+        1e-6 * theta
+    }
+
+    fn noise(&self) -> f64 {
+        0.0
+    }
+}
+
+#[test]
+fn a_peak_is_not_looked_for_where_a_loop_is_no_number() {
+    let nowhere = Nowhere(Cell::new(0));
+    assert!(nowhere.peak(Peak::Sensitivity, 1e-3).value <= 0.0);
+    assert_eq!(nowhere.0.get(), 3);
 }

@@ -292,9 +292,8 @@ fn places_of<const N: usize>(
             let meaning = understand(&heading.names[place], heading.below(place));
             any_time && meaning.is_some_and(|meaning| meaning.column == Column::Time)
         };
-        let is_alike = |place: usize| {
-            is_time(place) || n > 0 && is_signal(name, &heading.names[place])
-        };
+        let is_alike =
+            |place: usize| is_time(place) || n > 0 && is_signal(name, &heading.names[place]);
         places[n] = match heading.place(name)? {
             None => {
                 let times = (0..heading.names.len()).filter(|place| is_time(*place));

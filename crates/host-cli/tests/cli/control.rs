@@ -249,7 +249,9 @@ fn a_german_record_gives_its_plant_and_its_dead_time_back() {
     assert_eq!(json["delay_determined"], true);
     let two = "t,u,Temperatur,y\n0,0,0,0\n1,1,1,1\n2,1,1,1\n";
     place.write("two.csv", two);
-    place.refuses("control identify two.csv => more than one column is named output | give its number");
+    place.refuses(
+        "control identify two.csv => more than one column is named output | give its number",
+    );
     place.write("no.csv", "PK\u{3}\u{4}\u{14}");
     place.refuses("control identify no.csv => no.csv: this is no workbook | CSV");
 }
