@@ -107,16 +107,18 @@ pub(crate) fn limited_share(setup: &ControllerSetup, run: &Response) -> f64 {
     count as f64 / run.command.len().max(1) as f64
 }
 
-/// The output of a plant alone for an input, from rest.
+/// The output of a plant alone for an input, from rest; of one that adds up, as a battery does the charge, too.
 ///
 /// # Errors
-/// An unstable plant, one that does not run.
+/// A plant with a pole that grows, one that does not run.
 pub fn run_plant(
     plant: &Plant,
     sample_time: Seconds,
     input: &[f64],
 ) -> Result<Response, ControlError> {
-    plant.stable_by_itself()?;
+    if plant.unstable_poles() > 0 {
+        plant.stable_by_itself()?;
+    }
     let plant = HeldPlant::with_usual_memory(plant, sample_time)?;
     let mut state = plant.at_rest();
     Ok(Response {

@@ -204,6 +204,10 @@ fn a_run_is_the_closed_form_and_a_limit_is_counted() {
     let wanted = (4.0f64 / 3.0).ln() / (samples as f64 * t);
     assert_close("limited share", limited.limited_share, wanted, 2e-3);
     assert!(run_plant(&plant("1/(s-1)"), Seconds(t), &[1.0; 10]).is_err());
+    // t^0.5/Γ(1.5) an hour after a step, in a hundred thousand samples.
+    let battery = run_plant(&plant("0.03+0.0012/s^0.5"), Seconds(0.036), &[1.0; 100_001]);
+    let end = battery.expect("a charge that adds up").measured[100_000];
+    assert_close("an hour", end, 0.03 + 0.072 / libm::tgamma(1.5), 1e-6);
     assert_eq!(samples_for(Some(0.1), 0.2), 3000.0);
 }
 

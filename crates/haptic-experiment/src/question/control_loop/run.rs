@@ -249,12 +249,19 @@ impl ControlLoop {
         };
         let closed = closed.as_ref();
         // Null where nothing is proved, as in an analysis.
-        let stable = closed.map_or(Some(true), |run| {
-            run.coarse.is_none().then_some(run.verdict.stable)
-        });
-        if stable != Some(true) {
-            let what = stable.map_or("too fast for the sampled model", |_| "unstable");
-            warnings.push(format!("the loop is {what}: see control analyze"));
+        let stable = match closed {
+            Some(run) => run.coarse.is_none().then_some(run.verdict.stable),
+            None => Some(plant.stable_by_itself().is_ok()),
+        };
+        match (stable, closed) {
+            (Some(true), _) => {}
+            (_, None) => warnings.push(
+                "the plant does not come to rest: its output goes on as long as the run".to_owned(),
+            ),
+            (stable, Some(_)) => {
+                let what = stable.map_or("too fast for the sampled model", |_| "unstable");
+                warnings.push(format!("the loop is {what}: see control analyze"));
+            }
         }
         let shape = |run: &LoopRun| run.shape.as_ref().map(|found| shape(found, t));
         let report = json!({
@@ -265,6 +272,7 @@ impl ControlLoop {
             "stable": stable,
             "shape": closed.and_then(shape),
             "limited_share": closed.map_or(0.0, |run| run.limited_share),
+            "output_at_end": response.measured.last(),
             "at_reference": closed.and_then(|run| run.at_reference),
             "integer": integer.as_ref().map(|(controller, run)| json!({
                 "controller": controller,
