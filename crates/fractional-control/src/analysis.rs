@@ -161,8 +161,8 @@ fn later(
 /// Least factor by which a loop must be sampled more often, if its rule is not proved to represent its plant.
 pub(crate) fn coarse(closed: &SampledControlLoop) -> f64 {
     let slow = |theta: &f64| closed.open(*theta).norm() >= 1.0;
-    let step = (PI / RULE_HOLDS_TO).ln() / POINTS as f64;
-    let angles = (0..=POINTS).map(|k| (PI * (-step * k as f64).exp()).max(RULE_HOLDS_TO));
+    let step = libm::log(PI / RULE_HOLDS_TO) / POINTS as f64;
+    let angles = (0..=POINTS).map(|k| (PI * libm::exp(-step * k as f64)).max(RULE_HOLDS_TO));
     let fastest = angles.into_iter().find(slow).unwrap_or(0.0);
     (fastest / RULE_HOLDS_TO).max(TWICE)
 }

@@ -76,7 +76,7 @@ impl Factor {
                     let factor: i32 = (0..less).map(|k| n - k).product();
                     match factor {
                         0 => 0.0,
-                        _ => f64::from(factor) * arc.most.powi(n - less),
+                        _ => f64::from(factor) * libm::pow(arc.most, f64::from(n - less)),
                     }
                 };
                 let slope = match n {

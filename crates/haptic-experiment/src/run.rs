@@ -251,7 +251,7 @@ fn run<W: World<D>, const D: usize>(
         let mut message = world.tick();
         record.sensor.take_off(message.logged_mut());
         let compute_ns = before.elapsed().as_nanos() as u64;
-        record.tick_ns.saturating_record(compute_ns.max(1));
+        record.tick_ns.record(compute_ns);
         let parts = cycle.map(|cycle| TickParts {
             lateness_ns: cycle.lateness.as_nanos() as u64,
             compute_ns,

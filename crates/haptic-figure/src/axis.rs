@@ -35,7 +35,7 @@ impl Scale {
     pub(crate) fn forward(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
-            Self::Log => value.log10(),
+            Self::Log => libm::log10(value),
         }
     }
 
@@ -169,8 +169,11 @@ pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
 fn log_range(low: f64, high: f64) -> (f64, f64) {
     let (low, high) = (low / LOG_ROOM, high * LOG_ROOM);
     if high / low > 1e3 {
-        let decade = |exponent: f64| 10f64.powf(exponent);
-        (decade(low.log10().floor()), decade(high.log10().ceil()))
+        let decade = |exponent: f64| libm::exp10(exponent);
+        (
+            decade(libm::log10(low).floor()),
+            decade(libm::log10(high).ceil()),
+        )
     } else {
         (step_below(low), step_above(high))
     }
@@ -200,7 +203,7 @@ fn linear_range(low: f64, high: f64) -> (f64, f64) {
 
 /// The next of 1, 2, 5 times a power of ten at or below a positive value.
 fn step_below(value: f64) -> f64 {
-    let decade = 10f64.powf(value.log10().floor());
+    let decade = libm::exp10(libm::log10(value).floor());
     let step = [5.0, 2.0, 1.0]
         .into_iter()
         .find(|step| step * decade <= value * (1.0 + 1e-9));
@@ -209,7 +212,7 @@ fn step_below(value: f64) -> f64 {
 
 /// The next of 1, 2, 5 times a power of ten at or above a positive value.
 fn step_above(value: f64) -> f64 {
-    let decade = 10f64.powf(value.log10().floor());
+    let decade = libm::exp10(libm::log10(value).floor());
     let step = [1.0, 2.0, 5.0]
         .into_iter()
         .find(|step| step * decade >= value * (1.0 - 1e-9));
@@ -299,7 +302,7 @@ impl Axis {
         let places = places.filter(|(exponent, multiple)| *multiple > 1 || exponent % step != 0);
         let tick = |at: (i32, i32)| {
             let (exponent, multiple) = at;
-            let forward = f64::from(exponent) + f64::from(multiple).log10();
+            let forward = f64::from(exponent) + libm::log10(f64::from(multiple));
             let has_label = is_fine && matches!(multiple, 2 | 5);
             Tick {
                 fraction: (forward - low) / (high - low),
@@ -325,7 +328,7 @@ impl Axis {
     }
 
     fn decades(&self) -> f64 {
-        (self.high / self.low).log10()
+        libm::log10(self.high / self.low)
     }
 
     /// True if all powers of ten on the axis are short enough in plain digits.
@@ -356,21 +359,21 @@ fn prefixed(label: &str, largest: f64) -> Option<(String, f64)> {
     let from = PREFIXES.iter().position(|known| *known == prefix)? as i32;
     // Nobody reads kiloseconds.
     let most = if base == "s" { 3 } else { 6 };
-    let to = (from + (largest.log10() / 3.0).floor() as i32).clamp(0, most);
+    let to = (from + (libm::log10(largest) / 3.0).floor() as i32).clamp(0, most);
     let label = format!("{quantity} / {}{base}{rest}", PREFIXES[to as usize]);
-    Some((label, 1e3_f64.powi(to - from)))
+    Some((label, libm::pow(1e3, f64::from(to - from))))
 }
 
 /// A value of an axis in four digits, with its minus sign.
 pub(crate) fn four_digits(value: f64) -> String {
-    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let decimals = (3 - libm::log10(value.abs()).floor() as i32).clamp(0, 9) as usize;
     let text = format!("{value:.decimals$}");
     text.replace('-', "−")
 }
 
 /// The nearest of 1, 2, 5, 10 times a power of ten, for ticks about this far apart.
 fn nice_step(distance: f64) -> f64 {
-    let decade = 10f64.powf(distance.log10().floor());
+    let decade = libm::exp10(libm::log10(distance).floor());
     let step = match distance / decade {
         mantissa if mantissa < 1.5 => 1.0,
         mantissa if mantissa < 3.5 => 2.0,
@@ -383,7 +386,7 @@ fn nice_step(distance: f64) -> f64 {
 /// A multiple of a power of ten, as `0.02` or as `2·10⁻²`.
 fn log_label(exponent: i32, multiple: i32, plain: bool) -> String {
     if plain {
-        let value = f64::from(multiple) * 10f64.powi(exponent);
+        let value = f64::from(multiple) * libm::exp10(f64::from(exponent));
         linear_label(value, value, value)
     } else if multiple == 1 {
         power_of_ten(exponent)
@@ -405,12 +408,12 @@ fn linear_label(value: f64, step: f64, largest: f64) -> String {
         return "0".to_owned();
     }
     let text = if (1e-4..1e6).contains(&largest) {
-        let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+        let decimals = (-(libm::log10(step) + 1e-9).floor()).max(0.0) as usize;
         format!("{value:.decimals$}")
     } else {
-        let exponent = largest.log10().floor() as i32;
-        let mantissa = value / 10f64.powi(exponent);
-        let decimals = (exponent - (step.log10() + 1e-9).floor() as i32).max(0) as usize;
+        let exponent = libm::log10(largest).floor() as i32;
+        let mantissa = value / libm::exp10(f64::from(exponent));
+        let decimals = (exponent - (libm::log10(step) + 1e-9).floor() as i32).max(0) as usize;
         format!("{mantissa:.decimals$}·{}", power_of_ten(exponent))
     };
     text.replace('-', "−")

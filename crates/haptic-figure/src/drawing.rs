@@ -235,7 +235,7 @@ impl Shape {
     fn corners(self) -> Vec<(f64, f64)> {
         let around = |corners: u32, radius: fn(u32) -> f64, turn: f64| {
             let corner = |i| {
-                let (y, x) = f64::sin_cos(
+                let (y, x) = libm::sincos(
                     std::f64::consts::TAU * (f64::from(i) / f64::from(corners) + turn),
                 );
                 (radius(i) * x, radius(i) * y)
@@ -243,7 +243,7 @@ impl Shape {
             (0..corners).map(corner).collect()
         };
         let bars = |turn: f64| {
-            let (sin, cos) = f64::sin_cos(turn);
+            let (sin, cos) = libm::sincos(turn);
             let (long, thin) = (1.25, 0.38);
             let quarter = [(long, -thin), (long, thin), (thin, thin)];
             let quarters = (0..4).flat_map(|turns| {

@@ -128,7 +128,7 @@ fn distance(point: (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
     } else {
         0.0
     };
-    (x - share * along_x).hypot(y - share * along_y)
+    libm::hypot(x - share * along_x, y - share * along_y)
 }
 
 /// Distance of the cut from the box, as a share of its sides: more than half a line's width.
@@ -229,7 +229,7 @@ impl Seen {
     /// True if all of a piece of the path, which begins `walked` along it, lies where the path was long before; and its length.
     fn passes(&mut self, from: Place, to: Place, walked: f64) -> (bool, f64) {
         let (x, y) = (to.0 - from.0, to.1 - from.1);
-        let length = x.hypot(y);
+        let length = libm::hypot(x, y);
         if !length.is_finite() {
             return (false, 0.0);
         }

@@ -296,7 +296,7 @@ fn of_another_kind(units: &[Unit], text: &str) -> Option<String> {
     }
     let value = match text.split_once('/') {
         Some((above, below)) => number(above)? / number(below)?,
-        None => 10_f64.powf(number(text.trim().strip_suffix("dB")?)? / 20.0),
+        None => libm::exp10(number(text.trim().strip_suffix("dB")?)? / 20.0),
     };
     let is_one = units == NUMBER.1 && value.is_finite();
     is_one.then(|| rounded(value).to_string())

@@ -77,7 +77,7 @@ impl WrittenUnit {
             .iter()
             .filter(|(power, _)| (least..=most).contains(power));
         // 999.96 is written as 1000 in four digits.
-        let fits = |power: i32| size >= 0.999_95 * 10_f64.powi(power);
+        let fits = |power: i32| size >= 0.999_95 * libm::exp10(f64::from(power));
         let &(power, letter) = match size > 0.0 && size.is_finite() {
             true => allowed.find(|(power, _)| fits(*power)),
             false => None,
@@ -85,7 +85,7 @@ impl WrittenUnit {
         .unwrap_or(&(0, ""));
         Self {
             symbol: format!("{letter}{}", end.unit),
-            per_number: end.per_unit / 10_f64.powi(power),
+            per_number: end.per_unit / libm::exp10(f64::from(power)),
             toward: Toward::of_key(key),
         }
     }
@@ -97,7 +97,7 @@ impl WrittenUnit {
         match (value - 1.0).abs() {
             // Near 1, the digits that count are those of the distance from 1.
             off if plain && off > 0.0 && off < 1e-2 => {
-                let decimals = (1.0 - off.log10()).ceil().min(15.0) as usize;
+                let decimals = (1.0 - libm::log10(off)).ceil().min(15.0) as usize;
                 // Of 0.99 the first decimal is the first digit.
                 let most = decimals + usize::from(value >= 1.0);
                 rounded(value, most, self.toward)
@@ -113,7 +113,7 @@ impl WrittenUnit {
 pub fn written_between(key: &str, [value, low, high]: [f64; 3]) -> [String; 3] {
     let share = (high - low) / high.abs().max(low.abs());
     let most = match share {
-        share if share > 0.0 => (3.0 - share.log10()).ceil().clamp(3.0, 8.0) as usize,
+        share if share > 0.0 => (3.0 - libm::log10(share)).ceil().clamp(3.0, 8.0) as usize,
         _ => 4,
     };
     let unit = WrittenUnit::of_key(key, value);
@@ -181,7 +181,7 @@ fn rounded(value: f64, most: usize, toward: Toward) -> String {
     let nearest = |value: f64| -> f64 { format!("{value:.decimals$e}").parse().unwrap_or(value) };
     let mut rounded = nearest(value);
     // A unit of the last digit; a value this near to a number of `most` digits is that number.
-    let last = 10_f64.powf(value.abs().log10().floor() - decimals as f64);
+    let last = libm::exp10(libm::log10(value.abs()).floor() - decimals as f64);
     let (off, step) = match toward {
         Toward::Nearest => (0.0, 0.0),
         Toward::Up => (value - rounded, last),

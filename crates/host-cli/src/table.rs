@@ -63,11 +63,11 @@ pub(crate) fn uneven_row(
     let steps = rows.len() as f64;
     let step = (last - first) / steps;
     // Even times that were rounded to a digit have steps less than that digit away from their mean.
-    let coarsest = (0.5 * step).log10().floor() as i32;
+    let coarsest = libm::log10(0.5 * step).floor() as i32;
     let is_multiple = |time: &f64, digit: f64| (time / digit - (time / digit).round()).abs() < 1e-6;
     let digit = (coarsest - 6..=coarsest)
         .rev()
-        .map(|power| 10f64.powi(power))
+        .map(|power| libm::exp10(f64::from(power)))
         .find(|&digit| time_s.iter().all(|time| is_multiple(time, digit)));
     let allowed = (0.999 * digit.unwrap_or(0.0))
         .max(1e-6 * step)

@@ -212,7 +212,9 @@ fn over_time(kind: Kind) -> Result<([Robust; 2], String), AnalysisError> {
     let at = |factor: f64, hand: f64| varied(factor, 1.0, hand);
     let nondimensional = robust(kind, "shrinks", at, |_, _| 1.0)?;
     // α = KT²/m and β = BT^(2−μ)/m, so areas in K and B go with T^(−2)·T^(μ−2).
-    let with_units = robust(kind, "shrinks", at, |mu, factor| factor.powf(mu - 4.0))?;
+    let with_units = robust(kind, "shrinks", at, |mu, factor| {
+        libm::pow(factor, mu - 4.0)
+    })?;
     let numbers = format!(
         "area in α and β: {}; in K and B, over α and β of once T: {}",
         nondimensional.words, with_units.words
@@ -271,7 +273,7 @@ fn peaks(kind: Kind, wall: Nondimensional) -> Result<Option<Vec<f64>>, AnalysisE
         let operator = kind.operator(mu)?;
         let sampled = SampledLoop::new(wall, &operator, 0)?;
         Ok(match sampled.is_stable() {
-            true => Some(20.0 * sampled.sensitivity_peak()?.value.log10()),
+            true => Some(20.0 * libm::log10(sampled.sensitivity_peak()?.value)),
             false => None,
         })
     };
@@ -427,7 +429,7 @@ pub(crate) fn passivity_region(kind: Kind) -> Found {
 
 pub(crate) fn corollary_two(_: Kind) -> Found {
     // 8b ≥ k_c + b_c(T/2)^μ
-    meets_llewellyn(|mu, t, k, b| (k + b * (0.5 * t).powf(mu)) / 8.0)
+    meets_llewellyn(|mu, t, k, b| (k + b * libm::pow(0.5 * t, mu)) / 8.0)
 }
 
 /// True if a condition gives damping enough for Llewellyn's criterion up to order 1, and none is enough beyond.
@@ -440,7 +442,7 @@ pub(crate) fn meets_llewellyn(coupling: Coupling) -> Found {
     let mut active_above_one = true;
     for mu in [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0] {
         for (k, scaled) in COUPLERS {
-            let b = scaled / (0.5 * T).powf(mu);
+            let b = scaled / libm::pow(0.5 * T, mu);
             let needed = Coupler::exact(Order::new(mu)?, T, k, b)?
                 .least_damping()?
                 .damping_n_s_per_m()
@@ -618,7 +620,7 @@ pub(crate) fn short_memory(_: Kind) -> Found {
     let short = grunwald_weight(below, ramp - 1);
     let slope = |j: u64| {
         let ratio = grunwald_weight(order, 2 * j) / grunwald_weight(order, j);
-        -ratio.ln() / j as f64
+        -libm::log(ratio) / j as f64
     };
     let ratio = short / full;
     Ok((

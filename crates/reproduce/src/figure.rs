@@ -164,8 +164,8 @@ pub(super) fn refused(error: AnalysisError) -> Failure {
 
 /// `count` values from `low` to `high` in equal steps of their logarithm.
 pub(super) fn logarithmic(low: f64, high: f64, count: u32) -> impl Iterator<Item = f64> {
-    let ratio = (high / low).ln() / f64::from(count - 1);
-    (0..count).map(move |i| low * (ratio * f64::from(i)).exp())
+    let ratio = libm::log(high / low) / f64::from(count - 1);
+    (0..count).map(move |i| low * libm::exp(ratio * f64::from(i)))
 }
 
 /// One curve an order, in looks of their own from the `first` on.

@@ -54,13 +54,13 @@ fn coefficients() -> Result<Figure, Failure> {
         columns: 3,
         panels: vec![
             panel("magnitude", magnitude, |mu, theta| {
-                (2.0 * (0.5 * theta).sin()).powf(mu)
+                libm::pow(2.0 * libm::sin(0.5 * theta), mu)
             })?,
             panel("stiffness", stiffness, |mu, theta| {
-                (0.5 * mu * (PI - theta)).cos()
+                libm::cos(0.5 * mu * (PI - theta))
             })?,
             panel("damping", damping, |mu, theta| {
-                (0.5 * mu * (PI - theta)).sin()
+                libm::sin(0.5 * mu * (PI - theta))
             })?,
         ],
     })
@@ -138,7 +138,7 @@ fn sensitivity() -> Result<Figure, Failure> {
             let sampled = SampledLoop::new(SENSITIVITY_WALL, &operator, 0)?;
             let thetas = logarithmic(0.01, PI, 400).map(|theta| theta.min(PI));
             Ok(thetas
-                .map(|theta| (theta, 20.0 * sampled.sensitivity(theta).log10()))
+                .map(|theta| (theta, 20.0 * libm::log10(sampled.sensitivity(theta))))
                 .collect())
         })?;
         Ok::<_, Failure>(Panel::new(caption, THETA, DECIBEL, curves))

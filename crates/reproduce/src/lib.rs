@@ -92,6 +92,6 @@ struct Unsampled(f64);
 
 impl FrequencyResponse for Unsampled {
     fn response(&self, theta: f64) -> Complex<f64> {
-        Complex::from_polar(theta.powf(self.0), 0.5 * PI * self.0)
+        Complex::from_polar(libm::pow(theta, self.0), 0.5 * PI * self.0)
     }
 }

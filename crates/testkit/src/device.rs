@@ -128,9 +128,12 @@ fn dies_out<E: Environment<f64, 1>>(
                 Ok(_) => {}
                 Err(never) => match never {},
             }
-            sum += engaged.device().velocity()[0].powi(2);
+            sum += {
+                let velocity = engaged.device().velocity()[0];
+                velocity * velocity
+            };
         }
-        let level = 0.5 * (sum / window as f64).ln();
+        let level = 0.5 * libm::log(sum / window as f64);
         levels.push(level);
         let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let lowest = levels.iter().copied().fold(f64::INFINITY, f64::min);

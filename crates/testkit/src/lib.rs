@@ -188,7 +188,7 @@ impl Random {
 
     /// Uniform in the logarithm: each decade is as likely as any other.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
-        (low.ln() + (high / low).ln() * self.share()).exp()
+        libm::exp(libm::log(low) + libm::log(high / low) * self.share())
     }
 
     /// 0 in a third of all cases, uniform in [0, high) in the others.

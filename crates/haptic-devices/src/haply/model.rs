@@ -418,8 +418,8 @@ impl HaplyPlane {
                     low_m[1] + away * share(row, rows),
                 );
                 let values = self.jacobian(place)?.singular_values();
-                least = least.min(inertia / values.max().powi(2));
-                most = most.max(inertia / values.min().powi(2));
+                least = least.min(inertia / libm::pow(values.max(), 2.0));
+                most = most.max(inertia / libm::pow(values.min(), 2.0));
             }
         }
         Ok([least, most])

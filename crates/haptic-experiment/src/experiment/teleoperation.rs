@@ -164,7 +164,7 @@ impl HandMotion {
     pub(crate) fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
         let last = count.saturating_sub(1).max(1) as f64;
         let mut periods: Vec<u64> = (0..count)
-            .map(|n| low_hz * (high_hz / low_hz).powf(n as f64 / last))
+            .map(|n| low_hz * libm::pow(high_hz / low_hz, n as f64 / last))
             .map(|frequency| ((frequency * window_s).round() as u64).max(1))
             .collect();
         periods.dedup();
@@ -175,9 +175,9 @@ impl HandMotion {
     pub(crate) fn at(&self, time_s: f64) -> (f64, f64) {
         // (1 − cos)/2 up to the rise time.
         let share = (time_s / Self::RISE_S).clamp(0.0, 1.0);
-        let risen = 0.5 * (1.0 - (PI * share).cos());
+        let risen = 0.5 * (1.0 - libm::cos(PI * share));
         let rising = if share < 1.0 {
-            0.5 * PI / Self::RISE_S * (PI * share).sin()
+            0.5 * PI / Self::RISE_S * libm::sin(PI * share)
         } else {
             0.0
         };
@@ -188,8 +188,8 @@ impl HandMotion {
             // Slower ones larger; phases that keep the crest low (M. R. Schroeder, 1970).
             let amplitude = self.amplitude_m / count * (first / frequency).sqrt();
             let phase = TAU * frequency * time_s + PI * (n * n) as f64 / count;
-            sines += amplitude * phase.sin();
-            speeds += TAU * frequency * amplitude * phase.cos();
+            sines += amplitude * libm::sin(phase);
+            speeds += TAU * frequency * amplitude * libm::cos(phase);
         }
         let position = self.press_m + sines;
         (risen * position, rising * position + risen * speeds)

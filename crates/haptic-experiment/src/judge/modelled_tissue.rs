@@ -127,9 +127,9 @@ impl ModelledTissue {
         if let Some(model) = self.composed().filter(|_| self.order != order) {
             let s = Complex::new(0.0, omega_rad_s);
             let loss = (model.modulus(s) - self.rest_modulus_pa).norm();
-            return shape * loss / omega_rad_s.powf(order.get());
+            return shape * loss / libm::pow(omega_rad_s, order.get());
         }
-        let change = omega_rad_s.powf(self.order.get() - order.get());
+        let change = libm::pow(omega_rad_s, self.order.get() - order.get());
         shape * self.viscosity_pa_s_mu * change
     }
 

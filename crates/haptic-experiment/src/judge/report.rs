@@ -271,8 +271,8 @@ impl RunReport {
 impl TickTimes {
     pub(crate) fn of(record: &Record) -> Option<Self> {
         (!record.tick_ns.is_empty()).then(|| Self {
-            p50: record.tick_ns.value_at_quantile(0.5),
-            p99: record.tick_ns.value_at_quantile(0.99),
+            p50: record.tick_ns.quantile(0.5),
+            p99: record.tick_ns.quantile(0.99),
             max: record.tick_ns.max(),
         })
     }

@@ -49,6 +49,6 @@ pub fn refuse_unstable(verdict: &PreflightVerdict) -> Result<(), Failure> {
 /// The largest number of two digits that is not above this one.
 #[must_use]
 pub fn rounded_down(number: f64) -> f64 {
-    let digit = 10_f64.powf(number.log10().floor() - 1.0);
+    let digit = libm::exp10(libm::log10(number).floor() - 1.0);
     (number / digit).floor() * digit
 }

@@ -58,7 +58,7 @@ impl AskedDevice {
 /// m/T² and m/T^(2−μ): N/m of α = 1 and N·s^μ/m of β = 1.
 pub(super) fn units(device: &MassDamperConfig, order: Order) -> (f64, f64) {
     let (m, t) = (device.mass.0, device.sample_time.0);
-    (m / (t * t), m / t.powf(2.0 - order.get()))
+    (m / (t * t), m / libm::pow(t, 2.0 - order.get()))
 }
 
 /// With the sample time of a law that brings one.

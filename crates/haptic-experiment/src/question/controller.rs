@@ -211,9 +211,9 @@ fn parse_gain(text: &str) -> Result<f64, String> {
     };
     let decibel = parse_for_key("", decibel).map_err(none)?;
     // The ends in decibel, rounded: they are whole.
-    let [low, high] = (GAINS.ends()).map(|end| (20.0 * end.log10()).round());
+    let [low, high] = (GAINS.ends()).map(|end| (20.0 * libm::log10(end)).round());
     if (low..=high).contains(&decibel) {
-        Ok(10_f64.powf(decibel / 20.0))
+        Ok(libm::exp10(decibel / 20.0))
     } else {
         Err(format!(
             "gain {} dB is not from {low} to {high} dB",

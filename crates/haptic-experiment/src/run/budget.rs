@@ -6,7 +6,7 @@
 
 use crate::run::flat::flat;
 use crate::run::realtime::Microseconds;
-use hdrhistogram::Histogram;
+use haptic_loop::realtime::Durations;
 use std::collections::BTreeMap;
 
 /// Device time from one summary to the next, s.
@@ -24,21 +24,19 @@ pub(crate) struct TickParts {
 /// Parts of the ticks since the last summary.
 #[derive(Debug)]
 pub(crate) struct Budget {
-    lateness_ns: Histogram<u64>,
-    compute_ns: Histogram<u64>,
+    lateness_ns: Durations,
+    compute_ns: Durations,
     /// Device time of the next summary, s.
     due_s: f64,
 }
 
 impl Budget {
-    pub(crate) fn new() -> Result<Self, hdrhistogram::CreationError> {
-        // 1 ns to 10 s, two digits.
-        let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 2);
-        Ok(Self {
-            lateness_ns: histogram()?,
-            compute_ns: histogram()?,
+    pub(crate) fn new() -> Self {
+        Self {
+            lateness_ns: Durations::default(),
+            compute_ns: Durations::default(),
             due_s: EVERY_S,
-        })
+        }
     }
 
     /// Takes a tick in; the summary of a second that is over, as metadata of the log.
@@ -47,8 +45,8 @@ impl Budget {
         parts: TickParts,
         time_s: f64,
     ) -> Option<BTreeMap<String, String>> {
-        self.lateness_ns.saturating_record(parts.lateness_ns.max(1));
-        self.compute_ns.saturating_record(parts.compute_ns.max(1));
+        self.lateness_ns.record(parts.lateness_ns);
+        self.compute_ns.record(parts.compute_ns);
         if time_s < self.due_s {
             return None;
         }
@@ -75,7 +73,7 @@ mod tests {
 
     #[test]
     fn each_second_is_told_once_and_begins_anew() {
-        let mut budget = Budget::new().expect("good bounds");
+        let mut budget = Budget::new();
         let mut records = Vec::new();
         for tick in 0..=2500_u64 {
             let parts = TickParts {

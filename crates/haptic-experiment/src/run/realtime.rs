@@ -2,11 +2,9 @@
 
 use crate::run::flat::flat;
 pub use haptic_loop::realtime::ThreadConfig as RealtimeOptions;
-use haptic_loop::realtime::{RaisedThread, Timing, WorstCycle};
-use hdrhistogram::Histogram;
+use haptic_loop::realtime::{Durations, RaisedThread, Timing, WorstCycle};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::time::Duration;
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -20,14 +18,14 @@ pub(crate) struct Microseconds {
 }
 
 impl Microseconds {
-    /// Of a histogram of ns.
-    pub(crate) fn of(histogram: &Histogram<u64>) -> Self {
-        let at = |quantile| histogram.value_at_quantile(quantile) as f64 / 1e3;
+    /// Quantiles of these, ns.
+    pub(crate) fn of(durations: &Durations) -> Self {
+        let at = |quantile| durations.quantile(quantile) as f64 / 1e3;
         Self {
             p50: at(0.5),
             p99: at(0.99),
             p999: at(0.999),
-            max: histogram.max() as f64 / 1e3,
+            max: durations.max() as f64 / 1e3,
         }
     }
 }
@@ -116,17 +114,19 @@ impl RealtimeSummary {
 }
 
 /// Pairs of upper bound, ns, and count, blanks between; four buckets to the octave, empty ones left out.
-fn buckets(histogram: &Histogram<u64>) -> String {
-    let mut text = String::new();
-    for bucket in histogram.iter_log(100, std::f64::consts::SQRT_2.sqrt()) {
-        let count = bucket.count_since_last_iteration();
-        if count > 0 {
-            let space = if text.is_empty() { "" } else { " " };
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{space}{}:{count}", bucket.value_iterated_to());
-        }
+fn buckets(durations: &Durations) -> String {
+    let bound = |end: u64| {
+        let quarters = libm::ceil(4.0 * libm::log2(end as f64 / 100.0)).max(0.0);
+        libm::round(100.0 * libm::exp2(0.25 * quarters)) as u64
+    };
+    let mut buckets = BTreeMap::new();
+    for (end, count) in durations.counts() {
+        *buckets.entry(bound(end)).or_insert(0) += count;
     }
-    text
+    let pairs: Vec<String> = (buckets.iter())
+        .map(|(bound, count)| format!("{bound}:{count}"))
+        .collect();
+    pairs.join(" ")
 }
 
 #[cfg(test)]
@@ -135,11 +135,11 @@ mod tests {
 
     #[test]
     fn the_buckets_of_the_log_hold_every_cycle() {
-        let mut histogram = Histogram::new_with_bounds(1, 1_000_000_000, 3).expect("good bounds");
+        let mut durations = Durations::default();
         for n in 0..10_000_u64 {
-            histogram.record(n * n % 3_000_000).expect("in range");
+            durations.record(n * n % 3_000_000);
         }
-        let text = buckets(&histogram);
+        let text = buckets(&durations);
         let mut last = 0;
         let mut total = 0;
         for pair in text.split(' ') {
@@ -151,6 +151,6 @@ mod tests {
         }
         assert_eq!(total, 10_000);
         assert!((2_999_000..4_200_000).contains(&last), "{last}");
-        assert_eq!(buckets(&Histogram::new(3).expect("good")), "");
+        assert_eq!(buckets(&Durations::default()), "");
     }
 }

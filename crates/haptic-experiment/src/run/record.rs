@@ -13,8 +13,8 @@ use super::sensor_offset::Tare;
 use super::tick::{KeptSample, TickRecord};
 use crate::document::failure::Failure;
 use haptic_log::record::{EndKind, RunEnd};
+use haptic_loop::realtime::Durations;
 use haptic_loop::realtime::RaisedThread;
-use hdrhistogram::Histogram;
 
 /// Largest number of samples of a run kept in memory.
 pub(crate) const WHOLE_MOST: u64 = 1_000_000;
@@ -91,7 +91,7 @@ pub(crate) struct Record {
     pub samples: u64,
     pub last: Option<KeptSample>,
     /// Time that each tick took, ns, the simulated rig included.
-    pub tick_ns: Histogram<u64>,
+    pub tick_ns: Durations,
     /// Number of ticks that began at least one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
     /// Timing of a run by the clock of this machine.
@@ -152,8 +152,7 @@ impl Record {
             approach: Vec::new(),
             samples: 0,
             last: None,
-            // 1 ns to 10 s, three digits.
-            tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3).map_err(Failure::run)?,
+            tick_ns: Durations::default(),
             missed_deadlines: 0,
             realtime: None,
             not_realtime: None,

@@ -282,7 +282,7 @@ fn write(
     mut live: Vec<Box<dyn Live>>,
     mut entries: Consumer<Entry>,
 ) -> Result<Recorded, RecordError> {
-    let mut budget = Budget::new().ok();
+    let mut budget = Budget::new();
     let mut drive: Option<Consumer<Entry>> = None;
     loop {
         // Asked before the rings are: what is pushed until they are abandoned is popped.
@@ -314,7 +314,7 @@ fn write(
             Entry::Drive(entries) => drive = Some(entries),
             Entry::Tick(tick, parts) => {
                 log.tick(&tick)?;
-                if let (Some(budget), Some(parts)) = (&mut budget, parts)
+                if let Some(parts) = parts
                     && let Some(values) = budget.take(parts, tick.time_s)
                 {
                     log.metadata(BUDGET, values)?;

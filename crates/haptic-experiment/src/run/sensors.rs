@@ -34,7 +34,7 @@ impl Sensors {
     /// Standard deviation of what is read about what is: the noise, and q/√12 of an encoder; m.
     pub(crate) fn deviation_m(&self) -> f64 {
         let rounded = self.encoder_resolution_m / 12_f64.sqrt();
-        self.noise_m.hypot(rounded)
+        libm::hypot(self.noise_m, rounded)
     }
 
     /// Puts these sensors in front of a device.

@@ -15,6 +15,7 @@
 //! system refuses is said by [`RaisedThread::fallback`], and the loop runs without it. Elsewhere a thread sleeps as the standard
 //! library does, and spins for longer; on Windows it is time-critical, whatever priority was asked for.
 
+mod durations;
 #[cfg(target_os = "linux")]
 #[path = "linux.rs"]
 mod here;
@@ -27,6 +28,7 @@ mod system;
 mod thread;
 mod timing;
 
+pub use durations::Durations;
 pub use here::{SystemWaiter, allowed_cores, raise_thread};
 pub use moment::Moment;
 pub use periodic::{Cycle, Periodic, PeriodicConfig, SpinMargin};

@@ -1,23 +1,18 @@
 //! The times that a periodic loop measured of itself.
 
-use crate::LoopParameterError;
-use fracdiff::parameter::RangeError;
-use hdrhistogram::Histogram;
+use super::durations::Durations;
 use std::time::Duration;
 
-/// Longest time that is counted as such, ns; longer ones count as this.
-const LONGEST_NS: u64 = 100_000_000_000;
-
 /// Distributions of the time that each cycle spent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Timing {
     /// From when a cycle was due to when it began, ns.
-    pub lateness_ns: Histogram<u64>,
+    pub lateness_ns: Durations,
     /// From the beginning of a cycle to its end, ns.
-    pub compute_ns: Histogram<u64>,
+    pub compute_ns: Durations,
     /// From when a cycle was due to its end, ns.
-    pub tick_ns: Histogram<u64>,
+    pub tick_ns: Durations,
     /// Cycles that began a period late or more, by their cause.
     pub overruns: Overruns,
     /// The one that ended latest after it was due; `None` before the first has ended.
@@ -55,25 +50,8 @@ pub struct WorstCycle {
 }
 
 impl Timing {
-    pub(super) fn new() -> Result<Self, LoopParameterError> {
-        // These bounds are good, so there is always a histogram.
-        let histogram = || {
-            Histogram::new_with_bounds(1, LONGEST_NS, 3).map_err(|_| {
-                let longest_ns = LONGEST_NS as f64;
-                RangeError::new("longest time of a histogram", longest_ns, "possible", "ns")
-            })
-        };
-        Ok(Self {
-            lateness_ns: histogram()?,
-            compute_ns: histogram()?,
-            tick_ns: histogram()?,
-            overruns: Overruns::default(),
-            worst: None,
-        })
-    }
-
     pub(super) fn begun(&mut self, lateness_ns: u64, skipped: u64, by_compute: bool) {
-        self.lateness_ns.saturating_record(lateness_ns);
+        self.lateness_ns.record(lateness_ns);
         if skipped > 0 {
             self.overruns.skipped_periods += skipped;
             if by_compute {
@@ -85,8 +63,8 @@ impl Timing {
     }
 
     pub(super) fn ended(&mut self, number: u64, lateness_ns: u64, compute_ns: u64) {
-        self.compute_ns.saturating_record(compute_ns);
-        self.tick_ns.saturating_record(lateness_ns + compute_ns);
+        self.compute_ns.record(compute_ns);
+        self.tick_ns.record(lateness_ns + compute_ns);
         let cycle = WorstCycle {
             number,
             lateness: Duration::from_nanos(lateness_ns),

@@ -8,10 +8,10 @@ use haptic_experiment::live::{
     FadingFelt, FadingHistory, Felt, Finished, Law, Recording, Ticked, Watch, fading, locked,
 };
 use haptic_experiment::{Failure, RealtimeOptions};
+use haptic_loop::realtime::Durations;
 use haptic_loop::realtime::Moment;
 use haptic_loop::units::Seconds;
 use haptic_loop::{Environment, Fault};
-use hdrhistogram::Histogram;
 use nalgebra::Vector1;
 use serde::Serialize;
 use serde_json::json;
@@ -166,8 +166,8 @@ pub(super) struct Work {
     recording: Option<Recording>,
     state: FeelState,
     before: Option<(f64, f64)>,
-    took_ns: Histogram<u64>,
-    late_ns: Histogram<u64>,
+    took_ns: Durations,
+    late_ns: Durations,
     counted: Moment,
 }
 
@@ -277,8 +277,8 @@ impl Watch for Watching {
             work.state.late += 1;
             work.state.skipped += ticked.around.skipped;
         }
-        work.took_ns.saturating_record(ticked.around.took_ns.max(1));
-        work.late_ns.saturating_record(ticked.around.late_ns.max(1));
+        work.took_ns.record(ticked.around.took_ns);
+        work.late_ns.record(ticked.around.late_ns);
         let state = &mut work.state;
         (state.tick, state.time_s) = (tick, time_s);
         (state.position_m, state.force_n) = (position_m, force_n);
@@ -342,22 +342,20 @@ fn closed(place: &FeelPlace, result: &Result<Finished, Failure>) {
 
 impl Work {
     pub(super) fn new(sample_time: Seconds) -> Result<Self, Failure> {
-        // To 10 s, three digits.
-        let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 3).map_err(Failure::input);
         Ok(Self {
             ghosts: [None, None],
             recording: None,
             state: FeelState::of(sample_time),
             before: None,
-            took_ns: histogram()?,
-            late_ns: histogram()?,
+            took_ns: Durations::default(),
+            late_ns: Durations::default(),
             counted: Moment::now(),
         })
     }
 
     fn count(&mut self) {
         self.counted = Moment::now();
-        let us = |times: &Histogram<u64>, share| times.value_at_quantile(share) as f64 * 1e-3;
+        let us = |times: &Durations, share| times.quantile(share) as f64 * 1e-3;
         self.state.tick_p50_us = us(&self.took_ns, 0.5);
         self.state.tick_p999_us = us(&self.took_ns, 0.999);
         self.state.tick_max_us = self.took_ns.max() as f64 * 1e-3;

@@ -139,10 +139,13 @@ impl ClockLine {
             error_us: 0.0,
         };
         // The first round knows no line, and so no residuals.
-        let mut weights: Vec<f64> = points.iter().map(|[_, _, u]| (u + 1.0).powi(-2)).collect();
+        let mut weights: Vec<f64> = points
+            .iter()
+            .map(|[_, _, u]| libm::pow(u + 1.0, -2.0))
+            .collect();
         for _ in 0..ROUNDS {
             line = Self::fitted(points, &weights)?;
-            let weight = |point: &[f64; 3]| (point[2] + line.residual(point) + 1.0).powi(-2);
+            let weight = |point: &[f64; 3]| libm::pow(point[2] + line.residual(point) + 1.0, -2.0);
             weights = points.iter().map(weight).collect();
         }
         line.error_us = line.bound_us(points);
@@ -160,7 +163,7 @@ impl ClockLine {
             weighed.sum::<f64>() / total
         };
         let (x_mean, y_mean) = (mean(&|x, _| x), mean(&|_, y| y));
-        let spread = mean(&|x, _| (x - x_mean).powi(2));
+        let spread = mean(&|x, _| libm::pow(x - x_mean, 2.0));
         let both = mean(&|x, y| (x - x_mean) * (y - y_mean));
         let slope = if spread > 0.0 { both / spread } else { 1.0 };
         let span_us = last[0] - first[0];

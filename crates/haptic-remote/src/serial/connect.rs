@@ -8,12 +8,11 @@ use super::link::{
 use super::port;
 use super::run::IN_TIME;
 use super::served::Served;
-use super::stopping::{is_set, sleep, spawn, thread_error, unless_stopped};
+use super::stopping::{is_set, sleep, spawn, unless_stopped};
 use crate::impossible::Plausible;
 use crate::{Conversation, Incoming, LinkError, Patience, abilities, check_keys};
 use haptic_link::{Capabilities, DeviceReport, FRAME_MAX, Hello, Request, Sample, State, Status};
 use haptic_loop::realtime::Moment;
-use hdrhistogram::Histogram;
 use std::boxed::Box;
 use std::collections::VecDeque;
 use std::collections::hash_map::RandomState;
@@ -246,8 +245,6 @@ fn check_numbers(capabilities: &Capabilities) -> Result<(), LinkError> {
 }
 
 fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialError> {
-    // 1 µs to 10 s, two digits: these bounds are good, so there is always a histogram.
-    let histogram = Histogram::new_with_bounds(1, 10_000_000, 2);
     let listened_us = conversation.listened().listened().as_micros() as u64;
     Ok(Shared {
         conversation: Mutex::new(conversation),
@@ -259,7 +256,7 @@ fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialEr
         factors: OnceLock::new(),
         samples_dropped: AtomicU64::new(0),
         forces_dropped: AtomicU64::new(0),
-        round_trip_us: Mutex::new(histogram.map_err(thread_error)?),
+        round_trip_us: Mutex::default(),
         pings: Mutex::default(),
         status: Mutex::new(status),
         alives: AtomicU64::new(0),

@@ -14,8 +14,8 @@ use haptic_link::{
     Status,
 };
 use haptic_loop::Fault;
+use haptic_loop::realtime::Durations;
 use haptic_loop::realtime::{self, Moment, raise_thread};
-use hdrhistogram::Histogram;
 use std::boxed::Box;
 use std::collections::VecDeque;
 use std::io::{Error, ErrorKind};
@@ -39,7 +39,7 @@ pub struct LinkReport {
     /// Forces that were not sent because a newer sample had come already.
     pub forces_skipped: u64,
     /// From sending a keep-alive to hearing the answer, µs; empty if none was heard.
-    pub round_trip_us: Histogram<u64>,
+    pub round_trip_us: Durations,
 }
 
 /// A device that has answered, on an open port.
@@ -344,7 +344,7 @@ pub(super) struct Shared {
     pub(super) factors: OnceLock<ForceFactors>,
     pub(super) samples_dropped: AtomicU64,
     pub(super) forces_dropped: AtomicU64,
-    pub(super) round_trip_us: Mutex<Histogram<u64>>,
+    pub(super) round_trip_us: Mutex<Durations>,
     pub(super) pings: Mutex<Pings>,
     pub(super) status: Mutex<Status>,
     /// Answers to keep-alives so far: each brings the status of its moment.
@@ -432,7 +432,7 @@ impl Ends {
                 status,
                 ..
             } => {
-                lock(&self.shared.round_trip_us).saturating_record(round_trip_us.max(1));
+                lock(&self.shared.round_trip_us).record(round_trip_us);
                 lock(&self.shared.pings).add(Ping {
                     sent_us,
                     heard_us: sent_us + round_trip_us,

@@ -10,7 +10,7 @@ use haptic_link::{
     DigestBuilder, FaultReport, Field, Refusal, Request, Sample, Scope, Start, State, Statistics,
     SurfaceShape, WorkspaceBox, block_count,
 };
-use hdrhistogram::Histogram;
+use haptic_loop::realtime::Durations;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
@@ -272,7 +272,7 @@ impl SerialLink {
 
     /// Sends keep-alives for this time, and returns how long their answers took, µs.
     #[must_use]
-    pub fn measure_round_trip(&self, duration: Duration) -> Histogram<u64> {
+    pub fn measure_round_trip(&self, duration: Duration) -> Durations {
         self.shared.conversation().set_keep_alive(Some(5_000));
         let _ = sleep(duration, self.stop.as_ref());
         self.shared.conversation().set_keep_alive(None);

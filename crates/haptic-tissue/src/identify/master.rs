@@ -524,7 +524,7 @@ fn wlf(points: &[[f64; 2]]) -> Option<ShiftLaw> {
     let left = |c: &SVector<f64, 2>, [x, y]: [f64; 2]| y + c[0] * x / (c[1] + x);
     let sum = |c: &SVector<f64, 2>| {
         let is_below = points.iter().all(|[x, _]| c[1] + x > 0.0);
-        let squares = points.iter().map(|point| left(c, *point).powi(2));
+        let squares = points.iter().map(|point| libm::pow(left(c, *point), 2.0));
         is_below.then(|| squares.sum::<f64>())
     };
     let mut least = sum(&c).filter(|_| points.len() > 2)?;

@@ -211,7 +211,7 @@ impl Differintegrate {
 /// D^μ of x − reference at uneven times.
 fn as_they_are(mu: Order, time_s: &[f64], x: &[f64], reference: f64) -> Result<Vec<f64>, Failure> {
     if x.len() > UNEVEN_AT_ONCE {
-        let seconds = 2.0 * (x.len() as f64 / UNEVEN_AT_ONCE as f64).powi(2);
+        let seconds = 2.0 * libm::pow(x.len() as f64 / UNEVEN_AT_ONCE as f64, 2.0);
         let what = format_args!("the times are uneven, so this takes about {seconds:.0} s");
         note("note", what);
     }

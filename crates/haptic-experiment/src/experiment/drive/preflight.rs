@@ -82,7 +82,7 @@ impl TissueLaw {
         operator: LoopOperator,
         sample_time_s: f64,
     ) -> Self {
-        let rate = sample_time_s.powf(-operator.order().get());
+        let rate = libm::pow(sample_time_s, -operator.order().get());
         Self {
             stiffness,
             dissipation: dissipation * rate,

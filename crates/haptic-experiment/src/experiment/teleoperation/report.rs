@@ -488,7 +488,7 @@ impl Judge {
                 .transpose()
                 .map_err(Failure::input)?
                 .map(|impedance| impedance * s);
-            let off = |other: Complex<f64>| 20.0 * (felt / other).norm().log10();
+            let off = |other: Complex<f64>| 20.0 * libm::log10((felt / other).norm());
             let degrees = |of: Complex<f64>| of.arg().to_degrees();
             Ok(FeltAt {
                 frequency_hz: omega / TAU,

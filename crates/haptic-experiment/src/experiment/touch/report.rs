@@ -375,8 +375,8 @@ impl TouchExperiment {
             let angle = TAU * f64::from(n) / f64::from(OUTLINE);
             let [x, y] = [ball.centre_m[0], ball.centre_m[1]];
             (
-                x + ball.radius_m * angle.cos(),
-                y + ball.radius_m * angle.sin(),
+                x + ball.radius_m * libm::cos(angle),
+                y + ball.radius_m * libm::sin(angle),
             )
         };
         (0..=OUTLINE).map(point).collect()

@@ -331,7 +331,7 @@ impl TouchExperiment {
     fn effective_masses<const D: usize>(&self) -> Result<[f64; 2], Failure> {
         let masses = per_axis::<D>(&self.mass_kg);
         if let Some(plane) = self.plane() {
-            let mean = masses.iter().product::<f64>().powf(1.0 / D as f64);
+            let mean = libm::pow(masses.iter().product::<f64>(), 1.0 / D as f64);
             return Ok(self.reached(&plane)?.map(|mass| mean * mass));
         }
         let TouchShape::Plane { normal, .. } = &self.shape else {

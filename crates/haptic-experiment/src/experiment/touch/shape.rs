@@ -58,13 +58,13 @@ impl HandPath {
             Self::Circle(circle) => {
                 // (1 − cos)/2 of the way in.
                 let share = (time_s / Self::APPROACH_S).clamp(0.0, 1.0);
-                let risen = 0.5 * (1.0 - (PI * share).cos());
+                let risen = 0.5 * (1.0 - libm::cos(PI * share));
                 let start = circle.start_radius;
                 let radius = start + risen * (circle.radius - start);
                 let angle = TAU * time_s / circle.period_s;
                 let round = match axis {
-                    0 => angle.cos(),
-                    1 => angle.sin(),
+                    0 => libm::cos(angle),
+                    1 => libm::sin(angle),
                     _ => 0.0,
                 };
                 circle.centre.get(axis).copied().unwrap_or(0.0) + radius * round

@@ -210,16 +210,16 @@ pub fn sample_time_of(scheme: Scheme, given_s: Option<f64>) -> Result<Seconds, F
 /// An amplitude ratio in decibel.
 #[must_use]
 pub fn decibel(magnitude: f64) -> f64 {
-    20.0 * magnitude.log10()
+    20.0 * libm::log10(magnitude)
 }
 
 /// `count` frequencies from `low` to `high`, equal steps of their logarithm.
 pub fn logarithmic(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
-    let ratio = (high / low).ln();
+    let ratio = libm::log(high / low);
     let steps = count.saturating_sub(1).max(1) as f64;
     // The last is exactly `high`.
     (0..count).map(move |i| match i + 1 == count {
         true => high,
-        false => low * (ratio * i as f64 / steps).exp(),
+        false => low * libm::exp(ratio * i as f64 / steps),
     })
 }

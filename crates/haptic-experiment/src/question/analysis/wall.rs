@@ -249,7 +249,7 @@ impl WallLoop {
         let stiffness = alpha.map(|alpha| alpha * m / (t * t));
         [
             stiffness,
-            beta.map(|beta| beta * m / t.powf(2.0 - self.law.order.get())),
+            beta.map(|beta| beta * m / libm::pow(t, 2.0 - self.law.order.get())),
         ]
     }
 

@@ -110,13 +110,13 @@ impl ControlLoop {
 fn corner(poles: &[Complex<f64>]) -> f64 {
     let logs: Vec<f64> = poles
         .iter()
-        .map(|pole| pole.norm().ln())
+        .map(|pole| libm::log(pole.norm()))
         .filter(|log| log.is_finite())
         .collect();
     if logs.is_empty() {
         return 1.0;
     }
-    (logs.iter().sum::<f64>() / logs.len() as f64).exp()
+    libm::exp(logs.iter().sum::<f64>() / logs.len() as f64)
 }
 
 fn pole(pole: &Complex<f64>) -> Value {

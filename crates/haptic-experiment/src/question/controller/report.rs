@@ -48,7 +48,7 @@ fn trial(candidate: &TunedController, t: f64) -> Value {
     let proved = trial.analysis.coarse.is_none();
     let between = trial.stable_gains.filter(|_| proved);
     let robustness = trial.robustness.iter().map(|row| {
-        let gain_db = 20.0 * row.gain.log10();
+        let gain_db = 20.0 * libm::log10(row.gain);
         let shape = row.stable.then(|| shape(&row.shape, t));
         json!({"gain_db": gain_db, "stable": row.stable, "shape": shape})
     });

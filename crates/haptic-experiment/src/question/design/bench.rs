@@ -491,14 +491,14 @@ fn minimum(
     function: impl Fn(f64) -> Result<f64, AnalysisError>,
 ) -> Result<(f64, f64), AnalysisError> {
     // t = tan φ; a convex function of t falls and rises at most once in φ too.
-    let at = |phi: f64| function(phi.tan());
+    let at = |phi: f64| function(libm::tan(phi));
     let phi = minimum_of(0.0, 0.5 * PI, SECTIONS, at)?;
     let least = at(phi)?;
     let alone = function(0.0)?;
     if alone <= least * (1.0 + 1e-9) {
         Ok((0.0, alone))
     } else {
-        Ok((phi.tan(), least))
+        Ok((libm::tan(phi), least))
     }
 }
 

@@ -147,7 +147,7 @@ impl CouplerDesign {
         let Some(bare) = least(0.0)? else {
             return none(ACTIVE);
         };
-        let (ratio, required) = cheapest(bare, t.0.powf(mu), least)?;
+        let (ratio, required) = cheapest(bare, libm::pow(t.0, mu), least)?;
         let largest = INSIDE * damping / required;
         let whole = Coupler::exact(order, t.0, ratio * largest, largest)?;
         let closed = CoupledLoop::new(&dynamics(&self.device), &whole, &self.object, &operator)?;
@@ -158,8 +158,8 @@ impl CouplerDesign {
         let sampled = coupler(damper, spring)?.sampled_damping(ForcePath::NONE)?;
         // jω·Z_c with (T/(1 − w))^μ ≈ (jω)^(−μ)
         let omega = 2.0 * PI * self.frequency_hz;
-        let (angle, size) = (-0.5 * PI * mu, spring * omega.powf(-mu));
-        let felt = omega * (damper + size * angle.cos()).hypot(size * angle.sin());
+        let (angle, size) = (-0.5 * PI * mu, spring * libm::pow(omega, -mu));
+        let felt = omega * libm::hypot(damper + size * libm::cos(angle), size * libm::sin(angle));
         Ok(CouplerCandidate {
             order: mu,
             coupler_damping_n_s_per_m: Some(damper),
@@ -210,7 +210,7 @@ fn cheapest(
     scale: f64,
     least: impl Fn(f64) -> Result<Option<f64>, AnalysisError>,
 ) -> Result<(f64, f64), AnalysisError> {
-    let ratio_at = |step: f64| scale * 10f64.powf(6.0 * step / f64::from(RATIOS) - 3.0);
+    let ratio_at = |step: f64| scale * libm::exp10(6.0 * step / f64::from(RATIOS) - 3.0);
     let needed =
         |step: f64| Ok::<f64, AnalysisError>(least(ratio_at(step))?.unwrap_or(f64::INFINITY));
     let mut best = (0.0, bare);

@@ -163,7 +163,7 @@ impl Front {
             return Ok(Vec::new());
         };
         let walls = (0..DIRECTIONS).flat_map(|step| {
-            let (sin, cos) = (FRAC_PI_2 * f64::from(step) / f64::from(DIRECTIONS)).sin_cos();
+            let (sin, cos) = libm::sincos(FRAC_PI_2 * f64::from(step) / f64::from(DIRECTIONS));
             self.along(&bench, [cos * alpha, sin * beta])
                 .unwrap_or_default()
         });
@@ -187,7 +187,7 @@ impl Front {
         let least = self.design.gain_margin.unwrap_or(1.0);
         let mut walls = Vec::new();
         for size in 0..SIZES {
-            let scale = largest * SQRT_2.powi(-size);
+            let scale = largest * libm::pow(SQRT_2, f64::from(-size));
             let (alpha, beta) = (scale * alpha, scale * beta);
             let margin = low.map_or(f64::INFINITY, |low| scale / low);
             let margin = margin.min(high / scale);

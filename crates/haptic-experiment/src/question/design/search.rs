@@ -210,7 +210,7 @@ impl<'a> Ray<'a> {
     /// The ray of an order this many octaves beside the ratio with the same time β/α; `None` if it cannot be analysed.
     fn neighbour(&self, bench: Arc<Bench<'a>>, octaves: f64) -> Option<Self> {
         let power = bench.order.get() / self.bench.order.get();
-        let ratio = (self.beta / self.alpha).powf(power) * octaves.exp2();
+        let ratio = libm::pow(self.beta / self.alpha, power) * libm::exp2(octaves);
         Ray::new(bench, self.alpha, self.alpha * ratio).ok()
     }
 }
@@ -602,7 +602,7 @@ impl<'a> Search<'_, 'a> {
         others.retain(|n| *n != 0 || design.force_noise_limit_n.is_some());
         let rays = others.par_iter().map(|n| {
             // A ratio that cannot be analysed is no ray.
-            let ratio = ratio * f64::from(*n).exp2();
+            let ratio = ratio * libm::exp2(f64::from(*n));
             let alpha = bench.largest_scale(1.0, ratio).ok()??;
             Ray::new(Arc::clone(bench), alpha, alpha * ratio).ok()
         });

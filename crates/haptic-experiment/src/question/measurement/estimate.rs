@@ -344,7 +344,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         bias_n: about(model.bias, side(Number::Bias)),
         breakaway_n: record.breakaway_n.map(|(up, down)| 0.5 * (up - down)),
         residual_rms_m,
-        expected_residual_rms_m: (step_m / 12_f64.sqrt()).hypot(at_rest_m),
+        expected_residual_rms_m: libm::hypot(step_m / 12_f64.sqrt(), at_rest_m),
         residual_correlation: goes_on(&fitted.left),
         delay_lag_correlation: spread.correlation(&delay, &lag),
         sample_time_s: t,

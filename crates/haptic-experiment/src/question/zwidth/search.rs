@@ -218,7 +218,7 @@ fn coarse(most: f64, fine: i32) -> impl Iterator<Item = f64> {
     let even = (1..=50)
         .rev()
         .map(move |step| most * f64::from(step) / 50.0);
-    let fine = (1..=fine).map(move |step| most / 50.0 * 10f64.powf(-f64::from(step) / 10.0));
+    let fine = (1..=fine).map(move |step| most / 50.0 * libm::exp10(-f64::from(step) / 10.0));
     even.chain(fine).chain([0.0])
 }
 
@@ -544,7 +544,7 @@ impl<'a> Search<'a> {
         // α = β·(T/τ)^μ: τ, the time constant of the approach, is an eighth of the time for it.
         let plan = &self.plan;
         let tau_s = (plan.duration_s - plan.window_s) / 8.0;
-        let soft = (self.rate * tau_s.powf(self.order.get())).recip();
+        let soft = (self.rate * libm::pow(tau_s, self.order.get())).recip();
         let look = |rests: &dyn Fn(f64, f64) -> bool| match self.growing {
             Some(_) => Settled::softest(self.most, |scale| rests(scale, 0.0)),
             None => Settled::look(self.most, |beta| beta * soft, rests),

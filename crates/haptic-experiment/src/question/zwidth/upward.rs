@@ -24,7 +24,7 @@ pub(super) struct Settled(Vec<(f64, f64)>);
 fn doubling(most: f64) -> impl Iterator<Item = f64> {
     (0..=DOUBLINGS)
         .rev()
-        .map(move |halved| most * 0.5_f64.powi(halved))
+        .map(move |halved| most * libm::pow(0.5, f64::from(halved)))
 }
 
 /// The largest α from one on that comes to rest.

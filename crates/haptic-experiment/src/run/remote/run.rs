@@ -211,7 +211,7 @@ pub(crate) fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Sched
     // Without any answer in that time it is as long at least.
     let round_trip_us = match measured.is_empty() {
         true => MEASURED.as_micros() as u64,
-        false => measured.value_at_quantile(0.9),
+        false => measured.quantile(0.9),
     };
     match device.loop_mode {
         LoopMode::Device => 0,

@@ -369,7 +369,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             let done = engaged.tick_reading(reading)?;
             let took = began.elapsed().as_nanos() as u64;
             let session = engaged.device_mut();
-            session.record.tick_ns.saturating_record(took.max(1));
+            session.record.tick_ns.record(took);
             session.partner.iter().for_each(Partner::hears);
             let tick = reading.tick;
             session.dated(tick, session.ready.link.newest().time_us);

@@ -5,8 +5,8 @@ use crate::run::device::firmware_version;
 use crate::run::remote::RemoteDevice;
 use haptic_link::Statistics;
 use haptic_loop::Tap;
+use haptic_loop::realtime::Durations;
 use haptic_remote::serial::SerialLink;
-use hdrhistogram::Histogram;
 
 /// Counts of the link of a run.
 #[derive(Clone, Debug, Default, serde::Serialize)]
@@ -92,13 +92,13 @@ pub struct RoundTrip {
 impl RoundTrip {
     /// Quantiles of these times, or the reason why there are no times.
     #[must_use]
-    pub fn of(measured: &Histogram<u64>) -> (Option<Self>, Option<&'static str>) {
+    pub fn of(measured: &Durations) -> (Option<Self>, Option<&'static str>) {
         if measured.is_empty() {
             return (None, Some("no answer came"));
         }
         let round_trip = Self {
-            p50: measured.value_at_quantile(0.5),
-            p99: measured.value_at_quantile(0.99),
+            p50: measured.quantile(0.5),
+            p99: measured.quantile(0.99),
             max: measured.max(),
         };
         (Some(round_trip), None)
@@ -192,10 +192,10 @@ mod tests {
 
     #[test]
     fn what_was_not_measured_has_a_reason_instead() {
-        let mut times = Histogram::new(3).expect("three digits");
+        let mut times = Durations::default();
         let none = RoundTrip::of(&times);
         assert!(none.0.is_none() && none.1.is_some());
-        (1..=100).for_each(|time_us| times.record(time_us).expect("in range"));
+        (1..=100).for_each(|time_us| times.record(time_us));
         let (some, reason) = RoundTrip::of(&times);
         let some = some.expect("a hundred answers");
         assert_eq!((some.p50, some.p99, some.max, reason), (50, 99, 100, None));

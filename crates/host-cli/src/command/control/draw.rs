@@ -249,7 +249,7 @@ fn closed_loop(analysis: &LoopAnalysis) -> [Panel<'static>; 2] {
         .with("|S|, errors and disturbances", Look::Line, 1, errors)
         .with("|T|, reference and noise", Look::Line, 2, noise)
         .with("", Look::Dotted, 5, level(curve, 0.0));
-    let degrees = (0..=180).map(|k| (2.0 * f64::from(k)).to_radians().sin_cos());
+    let degrees = (0..=180).map(|k| libm::sincos((2.0 * f64::from(k)).to_radians()));
     let circle = degrees.map(|(sin, cos)| (cos, sin));
     let open = curve.iter().map(|point| (point.open.re, point.open.im));
     let [real, imaginary] = [
