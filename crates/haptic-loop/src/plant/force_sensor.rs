@@ -1,9 +1,9 @@
 //! A simulated force sensor between a hand and a device.
 
+use super::noise::normal;
 use crate::LoopParameterError;
 use crate::units::{Newtons, Seconds};
 use fracdiff::parameter::{not_negative, positive, range};
-use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::{Pcg32, rand_core::SeedableRng};
 
 /// Range and flaws of a force sensor.
@@ -89,8 +89,8 @@ impl ForceSensor {
         let most = self.config.range.0;
         for (axis, lagged) in forces.iter_mut().zip(&mut self.lagged) {
             *lagged += self.share * (*axis - *lagged);
-            let normal: f64 = StandardNormal.sample(&mut self.generator);
-            let shown = self.config.offset.0 + *lagged + self.config.noise.0 * normal;
+            let noise = normal(&mut self.generator);
+            let shown = self.config.offset.0 + *lagged + self.config.noise.0 * noise;
             *axis = shown.max(-most).min(most);
         }
     }

@@ -22,6 +22,7 @@ mod force_sensor;
 mod held;
 mod mass_damper;
 mod mass_matrix;
+mod noise;
 #[cfg(feature = "std")]
 mod pressed;
 mod profile;

@@ -1,11 +1,11 @@
 //! A device behind the sensors that it has, or none.
 
 use super::ForceSensor;
+use super::noise::normal;
 use crate::units::Metres;
 use crate::{Device, LoopParameterError, Reading, SafeForce};
 use fracdiff::Real;
 use fracdiff::parameter::{not_negative, positive};
-use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::{Pcg32, rand_core::SeedableRng};
 
 /// A device behind its sensors: noise first, then the encoder, as in a real one.
@@ -16,7 +16,7 @@ use rand_pcg::{Pcg32, rand_core::SeedableRng};
 /// ```
 /// - *Repeatable*: the same seed gives the same readings, bit for bit, in the order they are taken.
 /// - *Rounding*: halves away from zero; each step is rounded once to the loop's precision.
-/// - *Cost* per axis: a ziggurat draw, one division and one rounding.
+/// - *Cost* per axis: a normal number, one division and one rounding.
 #[derive(Clone, Debug)]
 pub struct Sensed<V> {
     device: V,
@@ -89,8 +89,8 @@ impl<F: Real, const D: usize, V: Device<F, D>> Device<F, D> for Sensed<V> {
         let mut reading = self.device.read()?;
         for axis in &mut reading.position_m {
             if let Some((deviation, generator)) = &mut self.noise {
-                let normal: f64 = StandardNormal.sample(generator);
-                *axis = F::from_f64(axis.to_f64() + *deviation * normal);
+                let noise = normal(generator);
+                *axis = F::from_f64(axis.to_f64() + *deviation * noise);
             }
         }
         if let Some(resolution) = self.resolution {

@@ -79,6 +79,7 @@ impl Durations {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec::Vec;
 
     #[test]
     fn quantiles_are_those_of_the_sorted_durations() {

@@ -194,3 +194,24 @@ fn forces_positions_and_verdicts_are_the_same_bits() {
         changed.join("\n")
     );
 }
+
+/// `pow` alone is imported, by which indicatif and tokio count times.
+#[cfg(target_os = "linux")]
+#[test]
+fn no_number_comes_from_the_mathematics_of_the_platform() {
+    let program = std::fs::read(env!("CARGO_BIN_EXE_host-cli")).expect("built");
+    let file = elf::ElfBytes::<elf::endian::AnyEndian>::minimal_parse(&program).expect("ELF");
+    let (symbols, names) = (file.dynamic_symbol_table().expect("a table")).expect("symbols");
+    let names = symbols
+        .iter()
+        .filter(elf::symbol::Symbol::is_undefined)
+        .map(|symbol| names.get(symbol.st_name as usize).expect("a name"));
+    let mathematics = "acos acosh asin asinh atan atan2 atanh cbrt cos cosh erf exp exp10 exp2 expm1 hypot lgamma log log10 log1p log2 pow \
+                       sin sincos sinh tan tanh tgamma";
+    let is_one = |name: &&str| {
+        let mut all = mathematics.split_whitespace();
+        all.any(|known| *name == known || name.strip_suffix('f') == Some(known))
+    };
+    let found: Vec<&str> = names.filter(is_one).collect();
+    assert_eq!(found, ["pow"]);
+}
