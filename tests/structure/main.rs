@@ -328,6 +328,29 @@ fn no_two_modules_of_a_crate_import_each_other_in_a_circle() {
     });
 }
 
+/// Rooms of a crate, its modules at the top with all in them, that use each other in a circle.
+#[test]
+fn no_two_rooms_of_a_crate_use_each_other_in_a_circle() {
+    assert_none(|_, source| {
+        let room = |file: usize| {
+            let name = &source.files[file].name;
+            let room = name.split("::").next().unwrap_or(name);
+            let is_it = |other: &reader::File| other.name == room;
+            source.files.iter().position(is_it).unwrap_or(file)
+        };
+        let mut uses: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        for (file, used) in source.imports() {
+            let from = room(file);
+            let to = used.into_iter().map(room).filter(|to| *to != from);
+            uses.entry(from).or_default().extend(to);
+        }
+        let name = |file: &usize| source.files[*file].name.clone();
+        let named = |circle: BTreeSet<usize>| circle.iter().map(name).collect::<Vec<_>>();
+        let found = circles(&uses).into_iter().map(named);
+        found.map(|names| names.join(", ")).collect()
+    });
+}
+
 #[test]
 fn a_room_uses_only_those_below_it() {
     assert_none(|name, source| {

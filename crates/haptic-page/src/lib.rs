@@ -8,6 +8,7 @@ mod folder;
 mod identify;
 mod pyramid;
 mod runs;
+mod scheme;
 mod server;
 mod surface;
 mod wall;

@@ -2,22 +2,18 @@
 
 use crate::Number;
 use crate::runs::document;
-use fracdiff::Scheme;
+use crate::scheme::judged_scheme;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::{DAMPING, HAND_STIFFNESS};
 use haptic_experiment::question::Question;
-use haptic_quantity::short;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
-use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Points on the boundary of the map: few while a slider is dragged, all at rest. Each lies on the boundary, and with 500 a
 /// chord leaves it by less than a pixel.
 const POINTS: RangeInclusive<usize> = 16..=500;
-/// Longest ring buffer that is judged here: its characteristic polynomial has as many roots, and a minute would pass for ten thousand.
-const RING_MOST: usize = 300;
 
 /// A wall K + B·D^μ, and the device and operator that render it, by the keys of `analyze stability`.
 #[derive(Clone, Debug, Deserialize)]
@@ -29,19 +25,6 @@ pub(crate) struct WallQuestion {
     device_damping_n_s_per_m: Option<f64>,
     #[serde(flatten)]
     keys: Map<String, Value>,
-}
-
-/// A scheme that is read, and judged within the time that a person waits for.
-pub(crate) fn judged_scheme(text: &str) -> Result<Scheme, Failure> {
-    let refused =
-        |why: &dyn Display| Failure::bad_input(format_args!("`scheme` = {}: {why}", short(text)));
-    let scheme: Scheme = short(text).parse().map_err(|error| refused(&error))?;
-    if matches!(scheme, Scheme::Grunwald { length } if length > RING_MOST) {
-        return Err(refused(&format_args!(
-            "the page judges at most {RING_MOST} samples: use the command line for more"
-        )));
-    }
-    Ok(scheme)
 }
 
 impl WallQuestion {

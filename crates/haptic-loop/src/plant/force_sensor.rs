@@ -29,7 +29,7 @@ const OWN: u64 = 0x5e_5e_d0_f0_7c_e5;
 /// ```text
 /// y[n] = y[n−1] + (1 − exp(−T/τ))·(F[n] − y[n−1])        reading = max(−R, min(R, f₀ + y + σ·g))
 /// ```
-/// g is independent, standard normal, one per axis and reading. *Start-up*: y = 0. *Cost* per axis: a ziggurat draw and some ten
+/// g is independent, standard normal, one per axis and reading. *Start-up*: y = 0. *Cost* per axis: a normal number and some ten
 /// operations; no allocation, no panic.
 #[derive(Clone, Debug)]
 pub struct ForceSensor {

@@ -1,4 +1,4 @@
-//! How long things took: counts by size, and quantiles of them.
+//! Durations: counts by size, and quantiles of them.
 
 use histogram::{Config, Histogram};
 
@@ -37,7 +37,7 @@ impl Durations {
         }
     }
 
-    /// How many were recorded.
+    /// Number of those that were recorded.
     #[must_use]
     pub const fn len(&self) -> u64 {
         self.recorded
@@ -62,7 +62,7 @@ impl Durations {
         bucket.map_or(0, |bucket| bucket.end().min(self.longest))
     }
 
-    /// Upper bounds, and how many are up to each and above the one before; none is 0.
+    /// Upper bounds, and the number of those up to each and above the one before, which is never 0.
     pub fn counts(&self) -> impl Iterator<Item = (u64, u64)> {
         let all = self.counts.iter();
         let some = all.filter(|bucket| bucket.count() > 0);

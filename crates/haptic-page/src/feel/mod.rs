@@ -16,7 +16,7 @@ mod settings;
 mod tests;
 
 pub(crate) use compare::{CompareStart, Comparison};
-pub(crate) use haptic_experiment::live::{HAND_DAMPING, HAND_STIFFNESS, locked};
+pub(crate) use haptic_experiment::live::{HAND_DAMPING, HAND_STIFFNESS};
 pub(crate) use keeper::{CHANNELS, FeelPlace, FeelState, Kept};
 pub(crate) use law::JudgedFeel;
 pub(crate) use opened::{Opened, opened};
@@ -26,7 +26,7 @@ pub(crate) use settings::{FeelChange, FeelSettings, FeltThing, SLIDERS};
 use crate::pyramid::PyramidSize;
 use haptic_experiment::Failure;
 use haptic_experiment::live::{
-    HAND_M, Keeper, LoopOrder, Orders, Stimulus, fading, run as run_by_clock, ticks,
+    HAND_M, Keeper, LoopOrder, Orders, Stimulus, fading, locked, run as run_by_clock, ticks,
 };
 use haptic_experiment::parameters::{
     DISSIPATION, ONE_SIDED, ORDER, SCHEME, STIFFNESS, WALL_CONTACT,

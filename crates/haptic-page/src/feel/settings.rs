@@ -1,6 +1,6 @@
 //! Settings of a felt loop: a tissue or a wall, a device, ghosts; changes of it, and the ranges of its numbers.
 
-use crate::wall::judged_scheme;
+use crate::scheme::judged_scheme;
 use crate::{Number, TextFile};
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds, enumerated};

@@ -3,9 +3,9 @@
 use super::channels::Channels;
 use super::opened::{push, pyramid};
 use crate::Announce;
-use crate::feel::locked;
 use crate::pyramid::Pyramid;
 use haptic_experiment::Failure;
+use haptic_experiment::live::locked;
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{EventMessage, TickMessage};
 use haptic_loop::realtime::Moment;

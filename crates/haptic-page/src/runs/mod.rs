@@ -20,11 +20,11 @@ pub(crate) use opened::{Table, TableRequest};
 pub(crate) use question::of_file;
 
 use crate::Announce;
-use crate::feel::locked;
 use crate::pyramid::{Columns, Pyramid, Span};
 use channels::Channels;
 use going::{Going, Watched, Work};
 use haptic_experiment::document::Document;
+use haptic_experiment::live::locked;
 use haptic_experiment::{Failure, RealtimeOptions};
 use list::{Listing, is_answer, is_being_written, read_answer};
 use opened::Opened;

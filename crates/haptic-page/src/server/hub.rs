@@ -5,12 +5,13 @@ use super::tables::Tables;
 use crate::dropped::{TISSUES, can_be_felt};
 use crate::feel::{
     CompareStart, DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, FeelState, FeltThing,
-    HAND_DAMPING, HAND_STIFFNESS, Kept, Opened, locked, opened, pyramid_size,
+    HAND_DAMPING, HAND_STIFFNESS, Kept, Opened, opened, pyramid_size,
 };
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
 use crate::{Announce, OnClose, TextFile};
 use haptic_experiment::document::Document;
+use haptic_experiment::live::locked;
 use haptic_experiment::{Failure, RealtimeOptions};
 use haptic_loop::SafetyLimits;
 use haptic_tissue::Library;

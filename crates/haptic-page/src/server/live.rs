@@ -4,8 +4,9 @@
 //! saw is made up for by the next, and a page far behind gets all that it has missed at once, at the width of the picture.
 
 use super::hub::Hub;
-use crate::feel::{Comparison, Kept, locked};
+use crate::feel::{Comparison, Kept};
 use crate::pyramid::{Columns, Span};
+use haptic_experiment::live::locked;
 use haptic_loop::Limiters;
 use serde_json::{Value, json};
 use std::collections::VecDeque;

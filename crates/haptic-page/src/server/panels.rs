@@ -6,10 +6,10 @@
 use super::hub::blocking;
 use super::request::{Panel, Question, Turn};
 use crate::control::designed;
-use crate::feel::locked;
 use crate::identify::{explained, identified, plant};
 use crate::surface::Surface;
 use haptic_experiment::Failure;
+use haptic_experiment::live::locked;
 use serde_json::Value;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};

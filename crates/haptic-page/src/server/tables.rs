@@ -1,9 +1,9 @@
 //! Tables that a page may fetch, each once, at an address of its own.
 
 use super::response::{Answer, body, sentence};
-use crate::feel::locked;
 use crate::runs::Table;
 use futures_util::stream;
+use haptic_experiment::live::locked;
 use http_body_util::{BodyExt as _, StreamBody};
 use hyper::StatusCode;
 use hyper::body::{Bytes, Frame};
