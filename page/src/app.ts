@@ -1,8 +1,7 @@
 // What the views share.
 
 import type { Connection } from "./connection";
-import type { Dropped } from "./drop";
-import type { Unasked } from "./protocol";
+import type { Answer, Unasked } from "./protocol";
 import type { PageEvent, State } from "./state";
 
 export interface App {
@@ -34,3 +33,16 @@ export interface ViewPart {
   /** A file that fell on the page and is for this view. */
   take?(dropped: Dropped): void;
 }
+
+export interface TextFile {
+  name: string;
+  text: string;
+}
+
+/** What a view may be given. */
+export type Dropped =
+  | { is: "record"; file: File }
+  | { is: "certificate"; answer: Answer }
+  | { is: "plant" | "controller"; file: TextFile }
+  | { is: "experiment"; kind: string; parameters: Record<string, unknown> }
+  | { is: "log"; name: string };

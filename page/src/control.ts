@@ -1,11 +1,10 @@
 // Control: a controller for a plant, by its wishes, with the best PID of order 1 beside it, and a controller of one's own.
 
-import type { App, ViewPart } from "./app";
+import type { App, Dropped, TextFile, ViewPart } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { joined } from "./columns";
 import { latest, type Panel } from "./connection";
 import { el, onSize, say, set, svg } from "./dom";
-import type { Dropped, TextFile } from "./drop";
 import { Fields } from "./forms";
 import { number, plain, quantity } from "./format";
 import { Knob } from "./knob";

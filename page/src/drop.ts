@@ -1,22 +1,9 @@
 // Files that fall on the page: what they are, and which view takes them.
 
-import type { App } from "./app";
+import type { App, Dropped } from "./app";
 import { certificate } from "./certificate";
 import type { View } from "./fragment";
-import { VERSION, type Answer, type Hello, type RunEntry } from "./protocol";
-
-export interface TextFile {
-  name: string;
-  text: string;
-}
-
-/** What a view may be given. */
-export type Dropped =
-  | { is: "record"; file: File }
-  | { is: "certificate"; answer: Answer }
-  | { is: "plant" | "controller"; file: TextFile }
-  | { is: "experiment"; kind: string; parameters: Record<string, unknown> }
-  | { is: "log"; name: string };
+import { VERSION, type Hello, type RunEntry } from "./protocol";
 
 /** Puts a file that was dropped where it would stand if it had been chosen. */
 export function choose(input: HTMLInputElement, file: File): void {

@@ -1,12 +1,12 @@
 // A record that someone measured: which tissue is it? Then it is kept, and felt.
 
 import { line } from "./answer";
-import type { App } from "./app";
+import type { App, TextFile } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
 import { el, say } from "./dom";
-import { choose, feelTissue, keepTissue, textOf, type TextFile } from "./drop";
+import { choose, feelTissue, keepTissue, textOf } from "./drop";
 import { Fields } from "./forms";
 import { number } from "./format";
 import { spoken } from "./names";

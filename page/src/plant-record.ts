@@ -1,11 +1,11 @@
 // A record of input and output: which plant is it? Then a controller is designed for it.
 
-import type { App } from "./app";
+import type { App, TextFile } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
 import { el, say } from "./dom";
-import { choose, textOf, type TextFile } from "./drop";
+import { choose, textOf } from "./drop";
 import { Fields } from "./forms";
 import { number, quantity } from "./format";
 import { spoken } from "./names";

@@ -1,9 +1,8 @@
 // Runs: what happened? A list, curves over each other, answers, new runs, records to identify.
 
 import { AnswerPanel } from "./answer";
-import type { App, ViewPart } from "./app";
+import type { App, Dropped, ViewPart } from "./app";
 import { el, say } from "./dom";
-import type { Dropped } from "./drop";
 import { bytes, duration, number } from "./format";
 import { FormPanel, isQuestion } from "./forms";
 import { IdentifyPanel } from "./identify";

@@ -326,6 +326,35 @@ fn no_two_modules_of_a_crate_import_each_other_in_a_circle() {
             .map(|(module, others)| format!("{module}: {others}"))
             .collect()
     });
+    for folder in ["firmware", "firmware/examples/rp2040"] {
+        let sources = reader::read(&root().join(folder).join("src"));
+        let found: Vec<_> = sources.iter().flat_map(circles_of).collect();
+        assert_eq!(found, [], "{folder}");
+    }
+}
+
+#[test]
+fn no_two_scripts_of_the_page_import_each_other_in_a_circle() {
+    let folder = std::fs::read_dir(root().join("page/src")).expect("a folder of scripts");
+    let scripts = folder.filter_map(|entry| {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name()?.to_str()?.strip_suffix(".ts")?.to_owned();
+        Some((name, std::fs::read_to_string(&path).expect("a text")))
+    });
+    let scripts: Vec<(String, String)> = scripts.collect();
+    let of = |text: &str| {
+        let imported = text.split("from \"./").skip(1);
+        let imported = imported.filter_map(|rest| rest.split('"').next());
+        let place = |name: &str| scripts.iter().position(|script| script.0 == name);
+        imported.filter_map(place).collect::<BTreeSet<usize>>()
+    };
+    let imports = scripts.iter().map(|script| of(&script.1)).enumerate();
+    let imports: BTreeMap<usize, BTreeSet<usize>> = imports.collect();
+    assert!(imports.values().any(|imported| imported.len() > 5));
+    let name = |file: &usize| scripts[*file].0.as_str();
+    let found = circles(&imports).into_iter();
+    let found = found.map(|circle| circle.iter().map(name).collect::<Vec<_>>().join(", "));
+    assert_eq!(found.collect::<Vec<_>>(), [""; 0]);
 }
 
 /// Rooms of a crate, its modules at the top with all in them, that use each other in a circle.

@@ -6,7 +6,7 @@
 //! A channel of the DMA ends after some number of transfers, so two of them take turns, each from the ring's beginning.
 //! Source: Raspberry Pi, *RP2040 Datasheet*: 2.5 (DMA), 3 (PIO).
 
-use crate::tick::until_tick_us;
+use crate::tick::{BYTE_US, until_tick_us};
 use core::sync::atomic::AtomicU8;
 use embassy_rp::gpio::Pull;
 use embassy_rp::pac::DMA;
@@ -19,9 +19,6 @@ use embassy_rp::{Peri, bind_interrupts};
 use haptic_board::Quadrature;
 use haptic_board::haptic_loop::Fault;
 
-/// Time of a byte of four samples, µs. Where a tick's period is a multiple of it, the position is as old at each tick, and a
-/// steady speed shows no ripple.
-pub(crate) const BYTE_US: u32 = 25;
 /// Samples of the encoder a second: as many counts a second can be followed.
 const SAMPLES_PER_S: u32 = 4_000_000 / BYTE_US;
 /// From the end of a byte to a tick that is due, µs: with the way into the tick about half a byte, so that a tick that comes some

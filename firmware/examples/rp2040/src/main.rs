@@ -22,6 +22,7 @@ use embassy_futures::join::join4;
 use embassy_futures::select::select;
 #[cfg(feature = "rp2040")]
 use embassy_rp::flash::{Blocking, Flash};
+use embassy_rp::interrupt;
 #[cfg(feature = "rp2350")]
 use embassy_rp::otp;
 use embassy_rp::watchdog::Watchdog;
@@ -33,7 +34,7 @@ use haptic_board::haptic_link::SerialNumber;
 use haptic_board::{
     DeviceMemory, Image, MainLoop, RetainedMemory, Ticker, TickerSlot, image, power_up,
 };
-use tick::Alarm;
+use tick::{Alarm, now_us};
 use usb::{Buffers, UsbLine};
 
 // SAFETY: the linker script of `cortex-m-rt` lays the image out.
@@ -45,6 +46,18 @@ static IMAGE: Image = image!(unsafe NAME, [0, 1, 0]);
 static RETAINED: RetainedMemory = RetainedMemory::new();
 
 static TICKER: TickerSlot<Axis, Alarm> = TickerSlot::empty();
+
+#[cfg(feature = "rp2040")]
+#[interrupt]
+fn TIMER_IRQ_3() {
+    TICKER.tick(now_us);
+}
+
+#[cfg(feature = "rp2350")]
+#[interrupt]
+fn TIMER0_IRQ_3() {
+    TICKER.tick(now_us);
+}
 
 /// Time without a tick after which the chip is reset: more than two ticks of the longest period.
 const WATCHDOG: Duration = Duration::from_millis(20);

@@ -1,9 +1,6 @@
 //! The tick: alarm 3 of the timer that counts microseconds. Alarm 0 is embassy's.
 
-use crate::TICKER;
-use crate::encoder::BYTE_US;
-use embassy_rp::interrupt;
-use embassy_rp::interrupt::{InterruptExt as _, Priority};
+use embassy_rp::interrupt::{self, InterruptExt as _, Priority};
 #[cfg(feature = "rp2040")]
 use embassy_rp::interrupt::{TIMER_IRQ_0 as OF_EMBASSY, TIMER_IRQ_3 as OF_TICK};
 #[cfg(feature = "rp2350")]
@@ -29,6 +26,10 @@ pub(crate) fn now_us() -> u64 {
 pub(crate) fn counter_us() -> u32 {
     TIMER.timerawl().read()
 }
+
+/// Time of a byte of four samples of the encoder, µs. Where a tick's period is a multiple of it, the position is as old at each tick, and a
+/// steady speed shows no ripple.
+pub(crate) const BYTE_US: u32 = 25;
 
 /// Time until the next tick is due, µs, or since it was, below zero.
 pub(crate) fn until_tick_us() -> i32 {
@@ -92,16 +93,4 @@ impl TickTimer for Alarm {
         self.period_us = period_us;
         self.arm();
     }
-}
-
-#[cfg(feature = "rp2040")]
-#[interrupt]
-fn TIMER_IRQ_3() {
-    TICKER.tick(now_us);
-}
-
-#[cfg(feature = "rp2350")]
-#[interrupt]
-fn TIMER0_IRQ_3() {
-    TICKER.tick(now_us);
 }
