@@ -1,6 +1,6 @@
 //! A function that was fitted, and how good it is beside others.
 
-use super::record::{InputOutput, left, neighbours, rounding};
+use super::record::{self, InputOutput, neighbours, rounding};
 use crate::autoregression::Autoregression;
 use crate::identify::{Free, projected, run_alone, solved};
 use crate::{DeadTime, FreeNumber, Identified, InputOutputRecord, StartState};
@@ -52,35 +52,39 @@ impl Found {
         };
         let count = (self.numbers() + identified.start_numbers + 2) as f64;
         let enough = chance(count).max(count * libm::log(samples as f64));
-        if hardly_changes(&record.input) {
-            let left = left(record, &identified.model);
-            let noise = Autoregression::of(&[&left]);
-            let power = |signal: Vec<f64>| signal.iter().map(|x| x * x).sum::<f64>();
-            let mean = record.output.iter().sum::<f64>() / samples as f64;
-            let around: Vec<f64> = record.output.iter().map(|y| y - mean).collect();
-            let [alone, left] = [&around, &left].map(|x| power(noise.whitened(x)));
-            return (samples as f64 - count) * libm::log(alone / left) > enough;
-        }
-        let step = ran(&ones, DeadTime::NONE);
-        let modes = libm::ceil(identified.function.denominator().degree()) as usize;
-        let mut motions = vec![DVector::from_vec(ones.clone())];
-        motions.extend(iter::successors(step, |last| Some(differences(last))).take(modes));
-        let wanted = DVector::from_column_slice(&record.output);
-        let floor = rounding(record);
-        let alone = drawn(&motions, &wanted, floor);
         let zeros = vec![0.0; samples];
         let began = InputOutputRecord {
             input: &zeros,
             start: StartState::Moving,
             ..record.as_record(true, identified.dead_time)
         };
-        let began = run_alone(&identified.parts, &began);
-        let began = began.map_or(f64::INFINITY, |began| {
-            noise_of(&left(record, &began), floor)
-        });
+        let began = run_alone(&identified.parts, &began).map(|began| record::left(record, &began));
+        let floor = rounding(record);
+        let left = record::left(record, &identified.model);
+        let wanted = DVector::from_column_slice(&record.output);
+        let ones = DVector::from_vec(ones);
+        // What acts only at the end of a record acts there.
+        let acting = record.as_record(true, identified.dead_time).now();
+        if hardly_changes(&acting) {
+            let noise = Autoregression::of(&[&left]);
+            let power =
+                |signal: &[f64]| -> f64 { noise.whitened(signal).iter().map(|x| x * x).sum() };
+            let around = wanted.add_scalar(-wanted.mean());
+            let began = began.filter(|_| record.tells_before());
+            let alone = began.iter().map(|began| power(began));
+            let alone = alone.fold(power(around.as_slice()), f64::min);
+            let won = (samples as f64 - count) * libm::log(alone / power(&left));
+            return won > enough;
+        }
+        let step = ran(ones.as_slice(), DeadTime::NONE);
+        let modes = libm::ceil(identified.function.denominator().degree()) as usize;
+        let mut motions = vec![ones];
+        motions.extend(iter::successors(step, |last| Some(differences(last))).take(modes));
+        let alone = drawn(&motions, &wanted, floor);
+        let began = began.map_or(f64::INFINITY, |began| noise_of(&began, floor));
         let alone = alone.min(began);
         let won = |other: f64| (1.0 - count / samples as f64) * (alone - other);
-        let own_won = won(noise_of(&left(record, &identified.model), floor));
+        let own_won = won(noise_of(&left, floor));
         if own_won <= enough {
             return false;
         }
@@ -103,7 +107,7 @@ impl Found {
     /// Root mean square of the whitened residual: of the innovations.
     pub(super) fn news(&self, record: &InputOutput) -> f64 {
         let model = &self.identified;
-        let white = model.noise.whitened(&left(record, &model.model));
+        let white = model.noise.whitened(&record::left(record, &model.model));
         libm::sqrt(white.iter().map(|x| x * x).sum::<f64>() / white.len() as f64)
     }
 

@@ -151,7 +151,8 @@ pub fn candidates(
         .iter()
         .map(|place| whole[*place].guess.clone())
         .collect();
-    guesses.extend(sums(record, held, dead_time, &whole));
+    let best = &whole[..FITTED.min(whole.len())];
+    guesses.extend(sums(record, held, dead_time, best));
     guesses.extend(gain(record, held, dead_time));
     let powers = powers(record, first.seconds());
     guesses.extend(swing.into_iter().chain(powers).map(|function| Guess {
@@ -349,7 +350,7 @@ pub fn identify(
         let white = 2.0 / libm::sqrt(record.output.len() as f64);
         let exact = |found: &&Found| {
             let is_white = found.is_whole() && found.neighbours.abs() <= white;
-            is_white || found.identified.rms_residual <= resolved(record)
+            is_white || search.is_exact(&found.identified)
         };
         let numbers = |found: &Found| found.numbers();
         found.iter().filter(exact).map(numbers).min()
@@ -408,6 +409,14 @@ pub fn identify(
     }
 }
 
+/// Largest order of a part of an impedance, with what noise adds to 1.
+const PASSIVE: f64 = 1.1;
+
+fn is_passive(parts: &[FractionalTransferFunction]) -> bool {
+    let degrees = parts.iter().map(|part| part.denominator().degree());
+    degrees.fold(0.0, f64::max) <= PASSIVE
+}
+
 /// Adds sums of fewer than `most` numbers, those of the fewest first, until one leaves white noise; those of more numbers only in the reading that
 /// fits best so far. The first error.
 fn fit_sums(
@@ -418,6 +427,7 @@ fn fit_sums(
     done: &(dyn Fn(usize) + Sync),
 ) -> Option<ControlError> {
     let white = 2.0 / libm::sqrt(search.record.output.len() as f64);
+    let is_named = found.is_empty();
     let mut refused = None;
     for alike in sums.chunk_by(|a, b| a.numbers() == b.numbers()) {
         done(alike.len());
@@ -432,6 +442,7 @@ fn fit_sums(
         let fits = fits.map(|guess| search.sum_fitted(&guess.parts, guess.dead_time, Free::All));
         for fit in fits.collect::<Vec<_>>() {
             match fit {
+                Ok(fit) if !is_named && !is_passive(&fit.identified.parts) => {}
                 Ok(fit) => found.push(fit),
                 Err(error) => refused = refused.or(Some(error)),
             }

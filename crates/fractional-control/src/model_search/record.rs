@@ -240,7 +240,9 @@ pub(super) fn rounding(record: &InputOutput) -> f64 {
     let largest = largest(&record.output);
     let rounding = ROUNDINGS * f64::EPSILON * record.output.len() as f64 * largest;
     let digit = last_digit(&record.output).min(LEAST_DIGITS * largest);
-    rounding.max(digit).max(in_counts(&record.output))
+    rounding
+        .max(digit)
+        .max(count_of(&record.output) / libm::sqrt(12.0))
 }
 
 /// Rows for each value of a sensor, of which a record in counts has few.
@@ -248,9 +250,9 @@ const ROWS_OF_A_VALUE: usize = 4;
 /// Distance from whole counts, in counts: of a table that has some digits of each.
 const OF_A_COUNT: f64 = 0.1;
 
-/// q/√12 of a record in counts of q: the deviation of what rounding adds (B. Widrow, *A study of rough amplitude quantization by means of Nyquist
+/// q of a record in counts: rounding adds q/√12 (B. Widrow, *A study of rough amplitude quantization by means of Nyquist
 /// sampling theory*, 1956), which a model would have to draw. 0 where there are many values, or they are not as far apart.
-fn in_counts(signal: &[f64]) -> f64 {
+pub(super) fn count_of(signal: &[f64]) -> f64 {
     let mut values = signal.to_vec();
     values.sort_by(f64::total_cmp);
     values.dedup_by(|next, value| next.total_cmp(value).is_eq());
@@ -264,7 +266,7 @@ fn in_counts(signal: &[f64]) -> f64 {
         (counts - libm::round(counts)).abs() <= OF_A_COUNT
     };
     match count.is_finite() && steps().all(is_whole) {
-        true => count / libm::sqrt(12.0),
+        true => count,
         false => 0.0,
     }
 }

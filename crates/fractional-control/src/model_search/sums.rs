@@ -29,15 +29,15 @@ struct Run {
     output: Vec<f64>,
 }
 
-/// The closest sum of each shape behind a known dead time, if the best of `whole`, the first, answers at once; read with the new input of a row and just before it.
+/// The closest sum of each shape behind a known dead time, if one of the best of whole orders answers at once; read with the new input of a row and just before it.
 pub(super) fn sums(
     record: &InputOutput,
     held: bool,
     dead_time: Option<Seconds>,
-    whole: &[OfShape],
+    best: &[OfShape],
 ) -> Vec<Guess> {
-    let best = whole.first();
-    if !best.is_some_and(|best| answers_at_once(&best.guess.function)) {
+    let mut best = best.iter();
+    if !best.any(|guess| answers_at_once(&guess.guess.function)) {
         return vec![];
     }
     let known = dead_time.unwrap_or(Seconds(0.0));

@@ -21,6 +21,7 @@ mod long_records;
 mod margins;
 mod notation;
 mod other_records;
+mod plant_campaign;
 mod plants;
 mod portable;
 mod record_campaign;

@@ -16,16 +16,16 @@ use std::f64::consts::{PI, TAU};
 use testkit::Random;
 
 /// Nearly normal, of deviation 1.
-fn normal(random: &mut Random) -> f64 {
+pub(crate) fn normal(random: &mut Random) -> f64 {
     (0..12).map(|_| random.between(-0.5, 0.5)).sum()
 }
 
 /// R, arcs of (r, τ, α), and a power of (k, α).
 #[derive(Clone, Debug, Default)]
-struct Cell {
-    resistance: f64,
-    arcs: Vec<[f64; 3]>,
-    power: Option<[f64; 2]>,
+pub(crate) struct Cell {
+    pub(crate) resistance: f64,
+    pub(crate) arcs: Vec<[f64; 3]>,
+    pub(crate) power: Option<[f64; 2]>,
 }
 
 /// Time constants of the arcs lie between these times.
@@ -60,12 +60,12 @@ impl Cell {
         }
     }
 
-    fn numbers(&self) -> usize {
+    pub(crate) fn numbers(&self) -> usize {
         let resistance = usize::from(self.resistance > 0.0);
         resistance + 3 * self.arcs.len() + 2 * self.power.iter().len()
     }
 
-    fn sum(&self) -> SumOfParts {
+    pub(crate) fn sum(&self) -> SumOfParts {
         let resistance = Some(self.resistance.to_string()).filter(|_| self.resistance > 0.0);
         let arcs = (self.arcs.iter()).map(|[r, tau, order]| format!("{r}/({tau}s^{order}+1)"));
         let power = self.power.map(|[k, order]| format!("{k}/s^{order}"));
@@ -105,20 +105,24 @@ impl Cell {
 
     /// Pulses of current, a sample each second, on an offset.
     fn record(&self, noise: f64, random: &mut Random) -> InputOutput {
-        let mut levels = vec![(20, 0.0)];
-        while levels.iter().map(|level| level.0).sum::<usize>() < 600 {
-            let length = random.one_of(&[10, 30, 90]);
-            levels.push((length, random.one_of(&[-1.0, -0.5, 0.0, 1.0])));
-        }
-        let input = levels.iter().flat_map(|level| vec![level.1; level.0]);
-        let input: Vec<f64> = input.take(600).collect();
-        let table: Vec<f64> = (0..600).map(|n| self.stepped(f64::from(n))).collect();
-        let changes = input
-            .windows(2)
-            .zip(1..)
-            .filter(|(pair, _)| pair[0] != pair[1]);
-        let changes: Vec<(usize, f64)> = changes.map(|(pair, n)| (n, pair[1] - pair[0])).collect();
-        let answer = (0..600).map(|n| {
+        let input = pulses(600, &LENGTHS, &[-1.0, -0.5, 0.0, 1.0], random);
+        self.recorded(input, 3.7, noise, random)
+    }
+
+    /// The answer to an input, a sample each second, with noise over its largest value.
+    pub(crate) fn recorded(
+        &self,
+        input: Vec<f64>,
+        offset: f64,
+        noise: f64,
+        random: &mut Random,
+    ) -> InputOutput {
+        let samples = input.len();
+        let table: Vec<f64> = (0..samples).map(|n| self.stepped(n as f64)).collect();
+        let before = [0.0].into_iter().chain(input.iter().copied());
+        let changes = input.iter().zip(before).map(|(now, before)| now - before);
+        let changes: Vec<(usize, f64)> = changes.enumerate().filter(|(_, by)| *by != 0.0).collect();
+        let answer = (0..samples).map(|n| {
             let before = changes.iter().filter(|change| change.0 <= n);
             before.map(|(at, by)| by * table[n - at]).sum::<f64>()
         });
@@ -126,14 +130,34 @@ impl Cell {
         let largest = answer.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
         let output = answer
             .iter()
-            .map(|y| 3.7 + y + noise * largest * normal(random));
+            .map(|y| offset + y + noise * largest * normal(random));
         InputOutput {
-            time_s: (0..600).map(f64::from).collect(),
+            time_s: (0..samples).map(|n| n as f64).collect(),
             output: output.collect(),
             input,
             ..InputOutput::default()
         }
     }
+}
+
+/// Samples of a pulse.
+pub(crate) const LENGTHS: [usize; 3] = [10, 30, 90];
+
+/// Levels for so many samples each, after 20 at rest.
+pub(crate) fn pulses(
+    samples: usize,
+    lengths: &[usize],
+    levels: &[f64],
+    random: &mut Random,
+) -> Vec<f64> {
+    let mut input = vec![0.0; 20];
+    while input.len() < samples {
+        let length = random.one_of(lengths);
+        let level = random.one_of(levels);
+        input.resize(input.len() + length, level);
+    }
+    input.truncate(samples);
+    input
 }
 
 /// Numbers of these parts in 95 % intervals around what was found, and all of them.
