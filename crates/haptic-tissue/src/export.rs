@@ -162,8 +162,10 @@ fn has_impulse(model: &Model) -> bool {
 
 /// Spring and branches of a model that is a Prony series, whatever its name.
 fn exact(model: &Model) -> Option<(f64, Vec<MaxwellBranch>)> {
-    if let Form::Branches(spring_pa, branches) = model.form() {
-        return Some((*spring_pa, branches.clone()));
+    if let Form::Branches(beside, branches) = model.form()
+        && beside.is_spring()
+    {
+        return Some((beside.size, branches.clone()));
     }
     let whole = Part::of(model.form());
     let branches = whole.branches.iter().map(|branch| {

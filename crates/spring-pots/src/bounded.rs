@@ -11,7 +11,6 @@
 //! 1978 (D); C. Kanzow, N. Yamashita, M. Fukushima, *Levenberg–Marquardt methods with strong local convergence properties for solving
 //! nonlinear equations with convex constraints*, Journal of Computational and Applied Mathematics 172, 2004 (the projection).
 
-use crate::elements::{Elements, Slope};
 use nalgebra::{DMatrix, DVector};
 
 /// The end of a minimisation.
@@ -62,9 +61,9 @@ pub trait Problem {
     /// A sum of squares that counts as 0.
     fn exact(&self) -> f64;
 
-    /// Calls `each` with number, weight root, residual and its derivatives by the variables; false if a number is not finite, or the search
+    /// Calls `each` with number, residual and its derivatives by the variables, both with the root of the weight; false if a number is not finite, or the search
     /// is to end.
-    fn residuals(&self, elements: &Elements, each: &mut dyn FnMut(usize, f64, Slope)) -> bool;
+    fn residuals(&self, values: &[f64], each: &mut dyn FnMut(usize, f64, &[f64])) -> bool;
 }
 
 /// The problem with its bounds.
@@ -89,11 +88,10 @@ impl Bounded<'_> {
         let (n, free) = (self.problem.count(), self.free);
         let mut residuals = DVector::zeros(n + self.pulls.len());
         let mut jacobian = DMatrix::zeros(residuals.len(), free.len());
-        let elements = Elements::from_variables(&values);
-        let finite = (self.problem).residuals(&elements, &mut |n, root, slope| {
-            residuals[n] = root * slope.value;
+        let finite = (self.problem).residuals(&values, &mut |n, value, by| {
+            residuals[n] = value;
             for (k, &v) in free.iter().enumerate() {
-                jacobian[(n, k)] = root * slope.by[v];
+                jacobian[(n, k)] = by[v];
             }
         });
         for (n, pull) in (n..).zip(self.pulls) {

@@ -26,8 +26,8 @@ pub fn non_negative_least_squares(columns: Vec<Vec<f64>>, target: Vec<f64>) -> V
     nearly_least_squares(columns, target, 0.0)
 }
 
-/// As [`non_negative_least_squares`], of columns of unit length, but no unknown becomes positive whose column is alike what is left by less
-/// than this share of the root of its mean square: such columns draw noise.
+/// As [`non_negative_least_squares`], but no unknown becomes positive whose column adds to the others what is alike what is left by less than
+/// this share of the root of its mean square: such columns draw noise.
 #[must_use]
 pub fn nearly_least_squares(columns: Vec<Vec<f64>>, target: Vec<f64>, share: f64) -> Vec<f64> {
     let mut problem = Problem {
@@ -55,7 +55,7 @@ struct Problem {
     order: Vec<usize>,
     passive: usize,
     solution: Vec<f64>,
-    /// The least descent over the root of the mean square of what is left.
+    /// The least descent along what a column adds, over the root of the mean square of what is left.
     share: f64,
 }
 
@@ -66,14 +66,19 @@ impl Problem {
         if row >= self.target.len() {
             return false;
         }
+        let square = |part: &[f64]| part.iter().fold(0.0, |sum, b| sum + b * b);
+        let left = square(&self.target[row..]) / self.target.len() as f64;
         let descent = |column: &usize| {
-            let rest = self.columns[*column][row..].iter().zip(&self.target[row..]);
-            rest.fold(0.0, |sum, (a, b)| sum + a * b)
+            let rest = &self.columns[*column][row..];
+            let pairs = rest.iter().zip(&self.target[row..]);
+            let descent = pairs.fold(0.0, |sum, (a, b)| sum + a * b);
+            // Of what the column adds to the passive ones: that part may be small and all that is left.
+            let is_noise =
+                self.share > 0.0 && descent <= self.share * libm::sqrt(left * square(rest));
+            if is_noise { 0.0 } else { descent }
         };
         let mut descents: Vec<f64> = self.order[row..].iter().map(descent).collect();
-        let rest = self.target[row..].iter().fold(0.0, |sum, b| sum + b * b);
-        let least = self.share * libm::sqrt(rest / self.target.len() as f64);
-        while let Some(steepest) = steepest(&descents, least) {
+        while let Some(steepest) = steepest(&descents) {
             if self.try_to_enter(row + steepest) {
                 return true;
             }
@@ -195,10 +200,10 @@ impl Problem {
     }
 }
 
-/// Index of the largest value, if it is above this; the first of equals.
-fn steepest(descents: &[f64], least: f64) -> Option<usize> {
+/// Index of the largest value, if it is above 0; the first of equals.
+fn steepest(descents: &[f64]) -> Option<usize> {
     let mut best = None;
-    let mut most = least;
+    let mut most = 0.0;
     for (place, &descent) in descents.iter().enumerate() {
         if descent > most {
             (best, most) = (Some(place), descent);

@@ -45,6 +45,7 @@ pub(super) fn about(
         )
     });
     let mut advice = Vec::from_iter(misfit.or_else(|| missed(fit, is_absolute)));
+    advice.extend(burgers(fit));
     advice.extend([at_ends(fit), together(fit), loose(fit), open(fit)].concat());
     advice.extend(simpler(fit, fits));
     advice.extend(slow(fit));
@@ -76,6 +77,32 @@ fn missed(fit: &Fit, is_absolute: bool) -> Option<String> {
              what is not the tissue's, as the first instants of an instrument, with {FROM}",
             fit.kind,
             100.0 * missed
+        )
+    })
+}
+
+/// Two branches without a spring, by the numbers by which they are known.
+/// ```text
+/// E₁ = E + G,  η₁ = Eτ + Gθ,  r = η₁/(E₁τθ),  1/E₂ = 1/(E·rτ/(1 − rτ)² + G·rθ/(1 − rθ)²),  η₂ = E₂/r
+/// ```
+fn burgers(fit: &Fit) -> Option<String> {
+    let values = fit.parameters.iter().map(|one| one.value);
+    let values: Vec<f64> = values.collect();
+    let &[e, tau, g, theta] = &values[..] else {
+        return None;
+    };
+    let (spring, dashpot) = (e + g, e * tau + g * theta);
+    let r = dashpot / (spring * tau * theta);
+    let part = |modulus: f64, x: f64| modulus * x / ((1.0 - x) * (1.0 - x));
+    let second = part(e, r * tau) + part(g, r * theta);
+    let [spring, dashpot, second, slow] = [spring, dashpot, second, second / r].map(digits);
+    (fit.kind == ModelKind::Prony).then(|| {
+        format!(
+            "this is a Burgers model: a spring of {} Pa, a dashpot of {} Pa·s, and a spring of {} Pa beside a dashpot of {} Pa·s, in series",
+            Shown(spring),
+            Shown(dashpot),
+            Shown(second),
+            Shown(slow)
         )
     })
 }

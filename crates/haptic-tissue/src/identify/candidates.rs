@@ -4,11 +4,12 @@ use super::elements::Candidate;
 use super::error::IdentifyError;
 use super::fit::{AS_GOOD, Certainty, Estimate, Fit, REFUSED, criteria, fit as fitted_to};
 use super::noise::of_motions;
-use super::options::{Options, candidates, target_of};
+use super::options::{Options, candidates, sums_wanted, target_of};
 use super::record::digits;
 use super::record::{Record, RecordKind};
-use super::reference::{Misfit, Reference};
+use super::reference::{LEAST, Misfit, Reference};
 use super::search::{Best, polished, search};
+use super::sums::{self, Found};
 use super::target::Target;
 use super::{advice, bootstrap, profile, rendered, whitened};
 use crate::model::ModelKind;
@@ -77,35 +78,47 @@ pub(super) fn read(
 ) -> Result<Identification, IdentifyError> {
     let mut readings = record.readings();
     if readings.len() > 1 {
-        // Two elements are enough to see of what kind the noise is.
-        let wanted = options.candidates.iter().copied();
-        let few = wanted.filter(|kind| kind.parameters().len() <= FEW_PARAMETERS);
-        let plain = Options {
-            candidates: match options.chosen {
-                Some(kind) => vec![kind],
-                None => few.collect(),
-            },
-            starts: options.starts.min(FEW_STARTS),
-            ..options.clone()
-        };
-        let best = readings.drain(..).filter_map(|one| {
-            let candidates = candidates(&plain, &one).ok()?;
-            let target = target_of(&one, &plain, stop);
-            let evidence = candidates.par_iter().filter_map(|&candidate| {
-                let best = search(candidate, &target, plain.starts).ok()?;
-                let fit = fitted_to(candidate, &target, &best).0;
-                let count = fit.predicted.len() as f64;
-                let numbers = fit.parameters.len() as f64;
-                let left = 2.0 * count * libm::log(fit.rms.max(f64::MIN_POSITIVE));
-                Some(left + target.ln_sizes() + numbers * libm::log(count))
-            });
-            Some((evidence.min_by(f64::total_cmp)?, one))
+        let spectra = readings.par_iter().map(|one| {
+            let target = target_of(one, options, stop);
+            Some(Reference::of(&target, None)?.evidence(&target))
         });
-        let best: Option<(f64, Record)> = best.min_by(|a, b| a.0.total_cmp(&b.0));
+        let spectra: Option<Vec<f64>> = spectra.collect();
+        let evidence = spectra.unwrap_or_else(|| {
+            let few = readings.iter();
+            few.map(|one| by_few(one, options, stop)).collect()
+        });
+        let best = evidence.into_iter().zip(readings.drain(..));
+        let best = best.min_by(|a, b| a.0.total_cmp(&b.0));
         readings.extend(best.map(|best| best.1));
     }
     let record = readings.first().unwrap_or(record);
     identified(record, options, stop, progress)
+}
+
+/// −2·ln of the likelihood of a record too short for a spectrum: two elements are enough to see of what kind the noise is.
+fn by_few(record: &Record, options: &Options, stop: &AtomicBool) -> f64 {
+    let wanted = match options.chosen {
+        Some(kind) => vec![kind],
+        None => options.candidates.clone(),
+    };
+    let few =
+        |kind: &ModelKind| options.chosen.is_some() || kind.parameters().len() <= FEW_PARAMETERS;
+    let plain = Options {
+        candidates: wanted.into_iter().filter(few).collect(),
+        starts: options.starts.min(FEW_STARTS),
+        ..options.clone()
+    };
+    let target = target_of(record, &plain, stop);
+    let candidates = candidates(&plain, record).unwrap_or_default();
+    let evidence = candidates.par_iter().filter_map(|&candidate| {
+        let best = search(candidate, &target, plain.starts).ok()?;
+        let fit = fitted_to(candidate, &target, &best).0;
+        let count = fit.predicted.len() as f64;
+        let numbers = fit.parameters.len() as f64;
+        let left = 2.0 * count * libm::log(fit.rms.max(f64::MIN_POSITIVE));
+        Some(left + target.ln_sizes() + numbers * libm::log(count))
+    });
+    evidence.min_by(f64::total_cmp).unwrap_or(f64::INFINITY)
 }
 
 /// Fits the candidates, without stiffening.
@@ -142,12 +155,26 @@ pub(super) fn identified(
         }
     }
     let reference = compare(&mut fitted, &target, record.is_own_log);
+    let wanted = sums_wanted(options, record);
+    if let Some(reference) = reference.as_ref().filter(|_| !wanted.is_empty()) {
+        let sums = sums::found(&wanted, &target, reference).into_iter();
+        fitted.extend(sums.map(|Found { fit, misfit }| Tried {
+            fit,
+            by: By::Modes(misfit),
+        }));
+    }
     fitted.sort_by(|a, b| a.fit.by_bic(&b.fit));
     let misfit = |index: usize| fitted[index].misfit(reference.as_ref()?);
     let fits = || fitted.iter().map(|fitted| &fitted.fit);
     let Some(index) = chosen(fits(), options.chosen, &|index| misfit(index).is_some()) else {
+        let sum = options.chosen.or(options.candidates.first().copied());
+        let no_sum = sum.filter(|kind| kind.is_sum()).map(|kind| {
+            IdentifyError::Record(format!(
+                "the record shows no {kind}, which needs {LEAST} numbers, modes within the record, nothing held, and is not fitted to a log of our own: give another model"
+            ))
+        });
         // The error of the model with the fewest parameters.
-        return Err(failed.into_iter().next().unwrap_or_else(|| {
+        return Err(no_sum.or(failed.into_iter().next()).unwrap_or_else(|| {
             IdentifyError::Record("there is no model to fit: give at least one".to_owned())
         }));
     };
@@ -159,10 +186,20 @@ pub(super) fn identified(
     let bics = fitted.iter().map(|fitted| fitted.fit.bic);
     let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
     for (index, tried) in fitted.iter_mut().enumerate() {
-        let (fit, candidate, best) = (&mut tried.fit, tried.candidate, &tried.best);
+        let fit = &mut tried.fit;
         let independent = fit.independent;
-        let compressed = tried.unrendered.as_ref().unwrap_or(&compressed);
         let (records, seed) = (options.bootstrap, options.seed);
+        let By::Elements(by) = &tried.by else {
+            if index == 0 && records > 0 {
+                warnings.push(format!(
+                    "the intervals of a {} are those of its standard errors, not of a bootstrap",
+                    fit.kind
+                ));
+            }
+            continue;
+        };
+        let (candidate, best) = (by.candidate, &by.best);
+        let compressed = by.unrendered.as_ref().unwrap_or(&compressed);
         let ends = if index == 0 && records > 0 {
             let (ends, fitted) = bootstrap::intervals(
                 candidate,
@@ -181,7 +218,7 @@ pub(super) fn identified(
             }
             ends
         } else if index == 0 || fit.bic <= refused {
-            profile::intervals(candidate, compressed, best, &tried.certainty)
+            profile::intervals(candidate, compressed, best, &by.certainty)
         } else {
             continue;
         };
@@ -227,9 +264,20 @@ pub(super) fn as_measured(fit: &mut Fit, record: &Record, target: &Target<'_>) {
     }
 }
 
-/// A fit, the model it is of, and the minimum with its certainty.
+/// A fit, and how it was found.
 struct Tried<'a> {
     fit: Fit,
+    by: By<'a>,
+}
+
+enum By<'a> {
+    Elements(Box<Minimum<'a>>),
+    /// A sum, with its misfit.
+    Modes(Option<Misfit>),
+}
+
+/// The minimum with its certainty.
+struct Minimum<'a> {
     candidate: Candidate,
     best: Best,
     certainty: Certainty,
@@ -241,10 +289,21 @@ struct Tried<'a> {
     whitened: Option<Best>,
 }
 
-impl Tried<'_> {
+impl<'a> Tried<'a> {
     /// Misfit beyond that of the reference, if it is no chance.
     fn misfit(&self, reference: &Reference<'_>) -> Option<Misfit> {
-        reference.misfit(self.candidate, self.whitened.as_ref()?)
+        match &self.by {
+            By::Elements(by) => reference.misfit_of(by.candidate, by.whitened.as_ref()?),
+            By::Modes(misfit) => *misfit,
+        }
+    }
+
+    /// The minimum of one whose residual is noise.
+    fn noisy(&mut self) -> Option<(&mut Fit, &mut Minimum<'a>)> {
+        match &mut self.by {
+            By::Elements(by) if !by.is_rendered => Some((&mut self.fit, by)),
+            By::Elements(_) | By::Modes(_) => None,
+        }
     }
 }
 
@@ -255,20 +314,21 @@ fn compare<'a>(
     target: &Target<'a>,
     is_own_log: bool,
 ) -> Option<Reference<'a>> {
-    let noisy = fitted.iter().filter(|tried| !tried.is_rendered);
-    let closest = noisy.min_by(|a, b| a.fit.rms.total_cmp(&b.fit.rms))?;
-    let (candidate, best) = (closest.candidate, &closest.best);
-    let reference = (!is_own_log).then(|| Reference::of(target, candidate, best));
+    let closest = fitted.iter_mut().filter_map(Tried::noisy);
+    let closest = closest.min_by(|a, b| a.0.rms.total_cmp(&b.0.rms));
+    let closest = closest.map(|(_, by)| (by.candidate, &by.best));
+    let reference = (!is_own_log).then(|| Reference::of(target, closest));
     let reference = reference.flatten();
-    let noise = match &reference {
-        Some(reference) => reference.noise(),
-        None => whitened::noise(candidate, target, best),
+    let noise = match (&reference, closest) {
+        (Some(reference), _) => reference.noise(),
+        (None, Some((candidate, best))) => whitened::noise(candidate, target, best),
+        (None, None) => return None,
     };
-    let noisy = fitted.par_iter_mut().filter(|tried| !tried.is_rendered);
-    noisy.for_each(|tried| {
-        let (criteria, best) = whitened::through(noise, tried.candidate, target, &tried.best);
-        [tried.fit.aic, tried.fit.bic] = criteria;
-        tried.whitened = Some(best);
+    let noisy = fitted.par_iter_mut().filter_map(Tried::noisy);
+    noisy.for_each(|(fit, by)| {
+        let (criteria, best) = whitened::through(noise, by.candidate, target, &by.best);
+        [fit.aic, fit.bic] = criteria;
+        by.whitened = Some(best);
     });
     reference
 }
@@ -292,15 +352,15 @@ fn tried<'a>(
         let numbers = candidate.parameters() + target.nuisance;
         [fit.aic, fit.bic] = criteria(target, 0.0, numbers);
     }
-    Ok(Tried {
-        fit,
+    let by = By::Elements(Box::new(Minimum {
         candidate,
         best,
         certainty,
         unrendered,
         is_rendered,
         whitened: None,
-    })
+    }));
+    Ok(Tried { fit, by })
 }
 
 /// A creep without what rendering makes of the model of a fit, and the minimum there, if that leaves far less.

@@ -59,7 +59,11 @@ impl Fit {
             order if order > 1.0 - CLASSICAL => 1.0,
             order => order,
         };
-        let values: Vec<f64> = self.of_memory().iter().map(value).collect();
+        let mut values: Vec<f64> = self.of_memory().iter().map(value).collect();
+        if self.kind == ModelKind::Prony && values.len().is_multiple_of(2) {
+            // Without a spring.
+            values.insert(0, 0.0);
+        }
         Model::from_parameters(self.kind, &values)
     }
 
@@ -80,12 +84,17 @@ impl Fit {
     /// b of tissue that stiffens, if it was looked for.
     #[must_use]
     pub fn stiffening(&self) -> Option<&Estimate> {
-        self.parameters.get(self.kind.parameters().len())
+        self.parameters.get(self.of_memory().len())
     }
 
     /// The parameters of the model.
     fn of_memory(&self) -> &[Estimate] {
-        let count = self.kind.parameters().len().min(self.parameters.len());
+        let all = self.parameters.len();
+        // A series has as many as it has branches; no stiffening is looked for beside them.
+        let count = match self.kind == ModelKind::Prony {
+            true => all,
+            false => self.kind.parameters().len().min(all),
+        };
         &self.parameters[..count]
     }
 }
@@ -372,7 +381,7 @@ pub fn student(freedom: f64) -> f64 {
 }
 
 /// Correlations of ln Vᵢ and αᵢ; NaN where a parameter is fixed.
-fn correlation(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
+pub(super) fn correlation(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let p = covariance.nrows();
     let size: Vec<f64> = (0..p).map(|i| libm::sqrt(covariance[(i, i)])).collect();
     (0..p)

@@ -45,6 +45,7 @@ mod replicates;
 mod search;
 mod stiffening;
 mod strain_noise;
+mod sums;
 mod target;
 mod tissue;
 mod whitened;

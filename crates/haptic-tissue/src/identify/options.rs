@@ -103,6 +103,9 @@ pub(super) fn candidates(
                 CANDIDATES.map(ModelKind::name).join(", ")
             ));
         }
+        if model.is_sum() {
+            continue;
+        }
         let mut memory = options.held.iter().filter(|held| held.name != STIFFENING.0);
         let candidate = memory
             .try_fold(Candidate::of(model), |candidate, held| {
@@ -140,7 +143,8 @@ pub(super) fn candidates(
             MODEL.set_to(ModelKind::Spring.name())
         ));
     }
-    if candidates.is_empty() && !options.candidates.is_empty() {
+    let is_alone = options.candidates.iter().all(|model| model.is_sum());
+    if candidates.is_empty() && !is_alone {
         return wrong(
             "no model has all the parameters that are held: hold fewer of them".to_owned(),
         );
@@ -148,12 +152,20 @@ pub(super) fn candidates(
     Ok(candidates)
 }
 
+/// The sums of Maxwell elements that such a record can be fitted by.
+pub(super) fn sums_wanted(options: &Options, record: &Record) -> Vec<ModelKind> {
+    let all = options.candidates.iter().copied();
+    let is_known = |kind: &ModelKind| kind.is_sum() && shows(*kind, record.kind);
+    let is_free = options.held.is_empty() && record.untimed.is_none();
+    all.filter(|kind| is_free && is_known(kind)).collect()
+}
+
 /// True if a record of this kind can be that of a model: no value of it is 0 or infinite throughout.
 const fn shows(model: ModelKind, kind: RecordKind) -> bool {
     use RecordKind::{Creep, History, Oscillation, Relaxation};
     let (relaxes, oscillates) = match model {
         ModelKind::Dashpot => (false, false),
-        ModelKind::KelvinVoigt => (false, true),
+        ModelKind::KelvinVoigt | ModelKind::Jeffreys => (false, true),
         ModelKind::Spring => (true, false),
         ModelKind::SpringPot
         | ModelKind::FractionalKelvinVoigt
@@ -187,7 +199,7 @@ pub(super) fn target_of<'a>(
     stop: &'a AtomicBool,
 ) -> Target<'a> {
     let target = Target::new(record, options.weighting, stop);
-    let mut parameters = CANDIDATES.iter().flat_map(|kind| kind.parameters());
+    let mut parameters = of_elements();
     let is_held = |name: &str| options.held.iter().any(|held| held.name == name);
     match parameters.any(|one| one.range != ParameterRange::Order && is_held(one.name)) {
         true => target.in_seconds(),
@@ -195,12 +207,18 @@ pub(super) fn target_of<'a>(
     }
 }
 
+/// Parameters that can be held.
+fn of_elements() -> impl Iterator<Item = &'static ModelParameter> {
+    let all = CANDIDATES.iter().filter(|kind| !kind.is_sum());
+    all.flat_map(|kind| kind.parameters())
+}
+
 impl HeldParameter {
     /// Checks name and range; the error names the remedy.
     fn check(&self, options: &Options) -> Result<(), IdentifyError> {
         let Self { name, low, high } = self;
         let wrong = |reason: String| Err(IdentifyError::Record(reason));
-        let mut parameters = CANDIDATES.iter().flat_map(|kind| kind.parameters());
+        let mut parameters = of_elements();
         let of_memory: Option<&ModelParameter> = parameters.find(|one| one.name == name);
         let (contains, allowed) = match of_memory {
             Some(known) => {
@@ -218,7 +236,7 @@ impl HeldParameter {
                 ));
             }
             None => {
-                let parameters = CANDIDATES.iter().flat_map(|kind| kind.parameters());
+                let parameters = of_elements();
                 let names: BTreeSet<&str> = parameters.map(|one| one.name).collect();
                 let names = Vec::from_iter(names).join(", ");
                 return wrong(format!(

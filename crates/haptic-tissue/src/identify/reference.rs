@@ -6,12 +6,12 @@
 //! ```
 //! Being positive regularises the spectrum: of all τ on a grid a few modes are active, and between two rounds the grid is halved about them.
 //! The noise is what the reference leaves, and not what the closest candidate leaves, which would be excused for what it misses. The filter
-//! is that of the closest candidate as long as the spectrum leaves half its squares at least, and white ones behind it: else the candidate
-//! misses something, and the noise is what the spectrum leaves. On its own the spectrum would draw slow noise.
+//! is that of the closest candidate as long as the record is likelier with it than with the spectrum and its noise, by BIC, and white behind it:
+//! else the candidate misses something, and the noise is what the spectrum leaves. On its own the spectrum would draw slow noise.
 //! A record with fewer than 25 numbers has no reference: there a spectrum leaves next to nothing, and everything would be refused.
 //!
 //! - *Errors*: none; a record of which the spectrum leaves more than a tenth has white noise and no test.
-//! - *Cost*: six non-negative least squares of some 60 columns; two of them for a candidate that fits, 19 to 99 for one that does not.
+//! - *Cost*: five to eight non-negative least squares of some 60 columns; two of them for a candidate that fits, 19 to 99 for one that does not.
 //! - *Source*: C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23; A. C. Davison, D. V. Hinkley, *Bootstrap
 //!   Methods and their Application*, 1997, section 4.2 (the test).
 
@@ -29,21 +29,19 @@ use spring_pots::SpectralMode;
 use std::ops::Range;
 
 /// Numbers of a record without which a spectrum tells nothing.
-const LEAST: usize = 25;
+pub(super) const LEAST: usize = 25;
 /// Modes for each factor e of time, at first, and how far they go beyond the record, in ln t.
 const MODES: f64 = 2.5;
 const BEYOND: f64 = 2.5;
-/// A mode enters if it is alike what is left by this many of its deviations.
-const ALIKE: f64 = 0.3;
-const ROUNDS: usize = 6;
-/// Rounds of which each is worth another one, and share of the sum that a later one has to gain.
+/// A mode enters if what it adds is alike what is left by this many of its deviations.
+const ALIKE: f64 = 2.0;
+const ROUNDS: usize = 8;
+/// Rounds after which the grid leaves no misfit of its own for noise, and share of the sum that a later one has to gain.
 const FIRST: usize = 3;
 const GAIN: f64 = 0.01;
 /// Noise is at most this share of a record, and its filter leaves at least this share of it.
 const NOISE: f64 = 0.1;
 const NEW: f64 = 0.05;
-/// Share of the squares of the closest candidate that a spectrum leaves at least of slow noise: of a misfit it leaves less.
-const AS_MUCH: f64 = 0.5;
 /// Standard errors of an autocorrelation that are chance.
 const CHANCE: f64 = 3.0;
 /// Made records of the test: of a candidate that fits the first few show it. After some a ratio this many times the largest is beyond all.
@@ -62,8 +60,8 @@ pub(super) struct Reference<'a> {
     /// Σe², and the same without filter.
     sum: f64,
     unfiltered: f64,
-    /// Modes that are active.
-    modes: usize,
+    /// Modes that are active, with the logarithms of their sizes.
+    active: Vec<(SpectralMode, f64)>,
 }
 
 /// Misfit of a candidate.
@@ -78,7 +76,7 @@ pub(super) struct Misfit {
 impl<'a> Reference<'a> {
     /// Of a record that has enough numbers, and of which a spectrum leaves no more than noise may be; the closest candidate tells how slow its
     /// noise is at most.
-    pub(super) fn of(target: &Target<'a>, closest: Candidate, best: &Best) -> Option<Self> {
+    pub(super) fn of(target: &Target<'a>, closest: Option<(Candidate, &Best)>) -> Option<Self> {
         let plain = target.averaged();
         if plain.len() < LEAST {
             return None;
@@ -101,7 +99,10 @@ impl<'a> Reference<'a> {
             true => all.clone().map(|n| libm::exp(wanted(n))).collect(),
             false => vec![1.0; plain.len()],
         };
-        let missed = whitened::residuals(closest, &plain, &best.elements);
+        let missed = closest.map(|(closest, best)| {
+            let missed = whitened::residuals(closest, &plain, &best.elements);
+            (missed, closest.parameters())
+        });
         let (mut noise, mut before) = (Autoregression::default(), [f64::INFINITY, 0.0]);
         for round in 0..ROUNDS {
             let filtered = plain.filtered(noise);
@@ -142,7 +143,7 @@ impl<'a> Reference<'a> {
             let sum = square(&rest);
             let order = noise.order() as f64;
             let is_settled =
-                round >= FIRST && sum > (1.0 - GAIN) * before[0] && (order - before[1]).abs() < 0.5;
+                round > FIRST && sum > (1.0 - GAIN) * before[0] && (order - before[1]).abs() < 0.5;
             before = [sum, order];
             if is_settled || round + 1 == ROUNDS {
                 let unfiltered = square(&left);
@@ -154,24 +155,56 @@ impl<'a> Reference<'a> {
                     wanted: reach,
                     sum,
                     unfiltered,
-                    modes: active.len(),
+                    active: active
+                        .iter()
+                        .map(|&n| (modes[n].0, libm::log(shares[n] / sizes[n])))
+                        .collect(),
                 });
             }
             if is_logarithmic {
                 about = model;
             }
-            let is_as_much = square(&left) > AS_MUCH * square(&missed);
-            if round == 0 && is_as_much {
-                noise = noise_of(&plain, &missed);
-            } else if !is_white(&filtered, &rest) {
-                noise = noise_of(&plain, &left);
+            let likely = |noise: &Autoregression, left: &[f64], numbers: usize| {
+                let numbers = (numbers + noise.order()) as f64;
+                let count = plain.len() as f64;
+                noise.deviance(&plain.series(left), plain.floor) + numbers * libm::log(count)
+            };
+            let own = noise_of(&plain, &left);
+            let of_closest = missed
+                .as_ref()
+                .filter(|_| round == FIRST)
+                .map(|(missed, numbers)| {
+                    let noise = noise_of(&plain, missed);
+                    (likely(&noise, missed, *numbers), noise)
+                });
+            let of_closest = of_closest.filter(|one| one.0 <= likely(&own, &left, active.len()));
+            if let Some((_, of_closest)) = of_closest {
+                noise = of_closest;
+            } else if round >= FIRST && !is_white(&filtered, &rest) {
+                noise = own;
             }
             spacing *= 0.5;
             let beside = active.iter().flat_map(|&n| match modes[n].0 {
                 SpectralMode::Decay(time) => vec![time - spacing, time + spacing],
                 SpectralMode::Spring | SpectralMode::Dashpot => Vec::new(),
             });
-            let beside = columns(&plain, beside.map(SpectralMode::Decay).collect());
+            // Two neighbours are mostly one mode between them.
+            let mut decays: Vec<(f64, f64)> = (active.iter())
+                .filter_map(|&n| match modes[n].0 {
+                    SpectralMode::Decay(time) => Some((time, shares[n] / sizes[n])),
+                    SpectralMode::Spring | SpectralMode::Dashpot => None,
+                })
+                .collect();
+            decays.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let between = decays
+                .windows(2)
+                .filter(|pair| pair[1].0 - pair[0].0 < 2.5 * spacing);
+            let between = between.map(|pair| {
+                let share = pair[1].1 / (pair[0].1 + pair[1].1);
+                pair[0].0 + share * (pair[1].0 - pair[0].0)
+            });
+            let beside = beside.chain(between).map(SpectralMode::Decay);
+            let beside = columns(&plain, beside.collect());
             let kept = active.iter().filter(|n| **n >= coarse);
             let kept: Vec<_> = kept.map(|&n| modes[n].clone()).collect();
             modes.truncate(coarse);
@@ -185,8 +218,27 @@ impl<'a> Reference<'a> {
         self.noise
     }
 
-    /// Misfit of a candidate, fitted through the filter, beyond that of the spectrum; `None` if it may be chance.
-    pub(super) fn misfit(&self, candidate: Candidate, best: &Best) -> Option<Misfit> {
+    /// −2·ln of the likelihood of the record, but for a constant of its length, with a number for each mode.
+    pub(super) fn evidence(&self, target: &Target<'_>) -> f64 {
+        let count = self.target.len() as f64;
+        let square = self.unfiltered * target.scale * target.scale / count;
+        let modes = self.active.len() as f64;
+        count * libm::log(square.max(f64::MIN_POSITIVE))
+            + self.target.ln_sizes()
+            + modes * libm::log(count)
+    }
+
+    /// The record through the filter of its noise.
+    pub(super) const fn target(&self) -> &Target<'a> {
+        &self.target
+    }
+
+    pub(super) fn active(&self) -> &[(SpectralMode, f64)] {
+        &self.active
+    }
+
+    /// Misfit of a candidate, fitted through the filter.
+    pub(super) fn misfit_of(&self, candidate: Candidate, best: &Best) -> Option<Misfit> {
         let n = self.wanted.len();
         let mut left = vec![0.0; n];
         let mut slopes = DMatrix::zeros(n, best.free.len());
@@ -196,15 +248,29 @@ impl<'a> Reference<'a> {
                 slopes[(n, k)] = root * slope.by[variable];
             }
         });
+        let plain = self.target.filtered(Autoregression::default());
+        let unfiltered = square(&whitened::residuals(candidate, &plain, &best.elements));
+        self.misfit(&left, slopes, unfiltered)
+    }
+
+    /// Misfit beyond that of the spectrum of a fit that leaves these residuals through the filter, with their derivatives by what was fitted,
+    /// and this sum of squares without it; `None` if it may be chance.
+    pub(super) fn misfit(
+        &self,
+        left: &[f64],
+        slopes: DMatrix<f64>,
+        unfiltered: f64,
+    ) -> Option<Misfit> {
+        let (n, fitted) = (left.len(), slopes.ncols());
         let floor = n as f64 * self.target.floor * self.target.floor;
         let over = |sum: f64, least: f64| sum.max(floor) / least.max(floor);
-        let sum = square(&left);
+        let sum = square(left);
         let found = over(sum, self.sum);
         if found <= 1.0 {
             return None;
         }
+        let freedom = (n as f64 - (fitted + self.target.nuisance) as f64).max(1.0);
         let fitted = slopes.qr().q();
-        let freedom = (n as f64 - (best.free.len() + self.target.nuisance) as f64).max(1.0);
         let size = libm::sqrt(sum / freedom);
         let made = |record: u64| {
             let mut generator = Pcg64::seed_from_u64(record);
@@ -231,14 +297,9 @@ impl<'a> Reference<'a> {
                 return None;
             }
         }
-        let plain = self.target.filtered(Autoregression::default());
-        let mut unfiltered = 0.0;
-        plain.residuals(candidate, &best.elements, |_, root, slope| {
-            unfiltered += root * slope.value * root * slope.value;
-        });
         Some(Misfit {
             ratio: libm::sqrt(found.max(over(unfiltered, self.unfiltered))),
-            modes: self.modes,
+            modes: self.active.len(),
         })
     }
 }
@@ -273,7 +334,7 @@ fn square(values: &[f64]) -> f64 {
 }
 
 /// A column of unit length, and the length that it had.
-fn unit(mut column: Vec<f64>) -> (Vec<f64>, f64) {
+pub(super) fn unit(mut column: Vec<f64>) -> (Vec<f64>, f64) {
     let size = libm::sqrt(square(&column)).max(f64::MIN_POSITIVE);
     column.iter_mut().for_each(|value| *value /= size);
     (column, size)

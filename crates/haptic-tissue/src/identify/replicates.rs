@@ -66,11 +66,19 @@ pub fn replicates(
             other.kind.name()
         ));
     }
+    // A sum may have another number of branches in each.
+    if let Some(kind) = options.chosen.filter(|kind| kind.is_sum()) {
+        return wrong(format!(
+            "{kind} is not fitted to {REPLICATES}: give another model, or the records one by one"
+        ));
+    }
     let fitted = |options: &Options| -> Result<Vec<Identification>, IdentifyError> {
         let one = |record| identify_unless(record, options, stop, progress);
         records.iter().map(one).collect()
     };
+    let kinds = options.candidates.iter().copied();
     let plain = Options {
+        candidates: kinds.filter(|kind| !kind.is_sum()).collect(),
         bootstrap: 0,
         ..options.clone()
     };

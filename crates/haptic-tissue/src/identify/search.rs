@@ -255,8 +255,12 @@ impl Problem for Compared<'_> {
         self.1.exact
     }
 
-    fn residuals(&self, elements: &Elements, each: &mut dyn FnMut(usize, f64, Slope)) -> bool {
-        self.1.residuals(self.0, elements, each)
+    fn residuals(&self, values: &[f64], each: &mut dyn FnMut(usize, f64, &[f64])) -> bool {
+        let elements = Elements::from_variables(values);
+        let each = |n, root: f64, slope: Slope| {
+            each(n, root * slope.value, &slope.by.map(|by| root * by));
+        };
+        self.1.residuals(self.0, &elements, each)
     }
 }
 

@@ -92,7 +92,9 @@ pub(super) fn moves(
             }
         }
         let found = read(&noisier, &options, stop, &|_| ()).ok()?;
-        found.fits.into_iter().next()
+        // A sum may have another number of branches.
+        let first = found.fits.into_iter().next();
+        first.filter(|other| other.parameters.len() == fit.parameters.len())
     };
     let fits: Vec<Fit> = (1..=SETS).map(noisier).collect::<Option<_>>()?;
     let moved = fit

@@ -533,7 +533,7 @@ impl<'a> Target<'a> {
     }
 
     /// The function of time, which is that of the samples; `None` of storage and loss modulus.
-    const fn quantity(&self) -> Option<Quantity> {
+    pub(super) const fn quantity(&self) -> Option<Quantity> {
         match &self.rows {
             Rows::History(_) => Some(Quantity::Integral),
             Rows::Sampled(quantity, _) => *quantity,

@@ -1,7 +1,7 @@
 //! Sums of exponentials: what a modulus or a compliance is over a span of times.
 
 use super::form::{Form, MaxwellBranch};
-use super::spring_pot::Response;
+use super::spring_pot::{Response, SpringPot};
 use num_complex::Complex64;
 
 // Nodes of the rule from a rate to its double.
@@ -111,11 +111,11 @@ impl Spectrum {
     /// G or J for times from `shortest` to `longest`, 0 < `shortest` ≤ `longest`.
     pub(super) fn new(form: &Form, response: Response, shortest: f64, longest: f64) -> Self {
         match (form, response) {
-            (Form::Branches(spring_pa, branches), Response::Relaxation) => {
-                Self::of_branches(*spring_pa, branches)
+            (Form::Branches(beside, branches), Response::Relaxation) => {
+                Self::of_branches(*beside, branches)
             }
-            (Form::Branches(spring_pa, branches), Response::Creep) => {
-                Self::creep_of_branches(*spring_pa, branches)
+            (Form::Branches(beside, branches), Response::Creep) => {
+                Self::creep_of_branches(*beside, branches)
             }
             (Form::One(_) | Form::Two(_), _) => {
                 Self::over_the_cut(form, response, shortest, longest)
@@ -124,15 +124,16 @@ impl Spectrum {
     }
 
     /// ```text
-    /// G(t) = E + Σ E_i·e^(−t/τ_i)
+    /// G(t) = E + Σ E_i·e^(−t/τ_i)          a dashpot gives its η times the slope of the strain
     /// ```
-    fn of_branches(spring_pa: f64, branches: &[MaxwellBranch]) -> Self {
+    fn of_branches(beside: SpringPot, branches: &[MaxwellBranch]) -> Self {
+        let [constant, slope] = spring_and_dashpot(beside);
         // Rates rise as times fall.
         let modes = || branches.iter().rev();
         Self {
             response: Response::Relaxation,
-            constant: spring_pa,
-            slope: 0.0,
+            constant,
+            slope,
             modes: Modes::Any {
                 rates: modes().map(|one| 1.0 / one.relaxation_time_s).collect(),
                 weights: modes().map(|one| one.elastic_modulus_pa).collect(),
@@ -142,17 +143,19 @@ impl Spectrum {
     }
 
     /// ```text
-    /// M(−r) = E − Σ E_i·rτ_i/(1 − rτ_i)          one zero r_k between any two rates 1/τ_i, and one below the first if E > 0
-    /// J(t) = 1/(E + ΣE_i) + t/η + Σ w_k·(1 − e^(−r_k·t)),   w_k = 1/Σ E_i·r_kτ_i/(1 − r_kτ_i)²,   1/η = 0 if E > 0, else η = ΣE_iτ_i
+    /// M(−r) = E − η₀·r − Σ E_i·rτ_i/(1 − rτ_i)   one zero r_k between any two rates 1/τ_i, one below the first if E > 0, one above the last if η₀ > 0
+    /// J(t) = 1/(E + ΣE_i) + t/η + Σ w_k·(1 − e^(−r_k·t)),   w_k = 1/(η₀·r_k + Σ E_i·r_kτ_i/(1 − r_kτ_i)²),   1/η = 0 if E > 0, else η = η₀ + ΣE_iτ_i
     /// ```
+    /// With a dashpot the first term is 0.
     /// Source: B. Gross, *Mathematical Structure of the Theories of Viscoelasticity*, 1953.
-    fn creep_of_branches(spring_pa: f64, branches: &[MaxwellBranch]) -> Self {
-        let instantaneous =
-            (branches.iter()).fold(spring_pa, |sum, one| sum + one.elastic_modulus_pa);
+    fn creep_of_branches(beside: SpringPot, branches: &[MaxwellBranch]) -> Self {
+        let [spring_pa, dashpot_pa_s] = spring_and_dashpot(beside);
+        let stiffness =
+            |from: f64| (branches.iter()).fold(from, |sum: f64, one| sum + one.elastic_modulus_pa);
         let slope = if spring_pa > 0.0 {
             0.0
         } else {
-            1.0 / branches.iter().fold(0.0, |sum, one| {
+            1.0 / branches.iter().fold(dashpot_pa_s, |sum, one| {
                 sum + one.elastic_modulus_pa * one.relaxation_time_s
             })
         };
@@ -162,19 +165,26 @@ impl Spectrum {
         for branch in branches.iter().rev() {
             let pole = 1.0 / branch.relaxation_time_s;
             if let Some(below) = below {
-                rates.push(zero_between(spring_pa, branches, below, pole));
+                rates.push(zero_between(beside, branches, below, pole));
             }
             below = Some(pole);
         }
+        if let Some(below) = below.filter(|_| dashpot_pa_s > 0.0) {
+            let above = below + stiffness(0.0) / dashpot_pa_s;
+            rates.push(zero_between(beside, branches, below, above));
+        }
         let weight = |r: &f64| {
-            1.0 / branches.iter().fold(0.0, |sum, one| {
+            1.0 / branches.iter().fold(dashpot_pa_s * r, |sum, one| {
                 let x = r * one.relaxation_time_s;
                 sum + one.elastic_modulus_pa * x / ((1.0 - x) * (1.0 - x))
             })
         };
         Self {
             response: Response::Creep,
-            constant: 1.0 / instantaneous,
+            constant: match dashpot_pa_s > 0.0 {
+                true => 0.0,
+                false => 1.0 / stiffness(spring_pa),
+            },
             slope,
             modes: Modes::Any {
                 weights: rates.iter().map(weight).collect(),
@@ -246,13 +256,24 @@ pub(super) fn decayed(rate: Complex64, time_s: f64) -> Complex64 {
     Complex64::new(less - 2.0 * size * half * half, -size * libm::sin(im))
 }
 
+/// E and η of a spring or a dashpot.
+fn spring_and_dashpot(one: SpringPot) -> [f64; 2] {
+    match one.is_dashpot() {
+        true => [0.0, one.size],
+        false => [one.size, 0.0],
+    }
+}
+
 /// M(−r) falls from +∞ (or E at 0) to −∞ between two rates.
-fn zero_between(spring_pa: f64, branches: &[MaxwellBranch], low: f64, high: f64) -> f64 {
+fn zero_between(beside: SpringPot, branches: &[MaxwellBranch], low: f64, high: f64) -> f64 {
+    let [spring_pa, dashpot_pa_s] = spring_and_dashpot(beside);
     let modulus = |r: f64| {
-        branches.iter().fold(spring_pa, |sum, one| {
-            let x = r * one.relaxation_time_s;
-            sum - one.elastic_modulus_pa * x / (1.0 - x)
-        })
+        branches
+            .iter()
+            .fold(spring_pa - dashpot_pa_s * r, |sum, one| {
+                let x = r * one.relaxation_time_s;
+                sum - one.elastic_modulus_pa * x / (1.0 - x)
+            })
     };
     let (mut low, mut high) = (low, high);
     // Halving the interval; towards 0 in the logarithm, so that a small zero has its digits too.

@@ -18,8 +18,8 @@ pub struct MaxwellBranch {
 pub(crate) enum Form {
     One(SpringPot),
     Two(Two),
-    /// A Prony series: a spring in Pa, 0 for none, and branches, fastest first.
-    Branches(f64, Vec<MaxwellBranch>),
+    /// A Prony series: a spring, of 0 Pa for none, or a dashpot, and branches, fastest first.
+    Branches(SpringPot, Vec<MaxwellBranch>),
 }
 
 impl Form {
@@ -40,9 +40,9 @@ impl Form {
                 let parts = [first, second, spring(two.spring_pa)];
                 two.joint.of(parts, parallel, series)
             }
-            Self::Branches(spring_pa, branches) => {
+            Self::Branches(beside, branches) => {
                 let branches = branches.iter().map(branch);
-                branches.fold(spring(*spring_pa), parallel)
+                branches.fold(element(beside), parallel)
             }
         }
     }

@@ -86,6 +86,11 @@ const SECOND_SPRING: ModelParameter = positive(
     "E of the spring that the dashpot belongs to",
 );
 const DASHPOT: ModelParameter = positive("viscosity_pa_s", "Pa·s", "η of the dashpot");
+const SECOND_DASHPOT: ModelParameter = positive(
+    "second_viscosity_pa_s",
+    "Pa·s",
+    "η of the dashpot beside the others",
+);
 const BASE: ModelParameter = ModelParameter {
     range: ParameterRange::NotNegative,
     ..positive("elastic_modulus_pa", "Pa", "E of the spring, 0 Pa for none")
@@ -139,14 +144,16 @@ fracdiff::enumerated! {
         PoyntingThomson "poynting-thomson",
         /// A spring in series with a fractional Kelvin–Voigt model, whose J it adds to; G has no closed form.
         FractionalPoyntingThomson "fractional-poynting-thomson",
+        /// A dashpot beside a Maxwell model: J = t/η + J₁·(1 − e^(−t/τ)), as of a polymer in its solvent.
+        Jeffreys "jeffreys",
         /// A spring and Maxwell branches side by side: G = E + Σ `E_i`·e^(−t/`τ_i`), J has an exponential at each zero of M.
         Prony "prony",
     }
 }
 
-/// The models that are fitted, those with few parameters first. A classical Poynting–Thomson model is a Zener model with other numbers.
+/// The models that are fitted, those with few parameters first; a Prony series with as many branches as the record shows. A classical Poynting–Thomson model is a Zener model with other numbers.
 #[cfg(feature = "identify")]
-pub const CANDIDATES: [ModelKind; 10] = [
+pub const CANDIDATES: [ModelKind; 12] = [
     ModelKind::Spring,
     ModelKind::Dashpot,
     ModelKind::SpringPot,
@@ -157,6 +164,8 @@ pub const CANDIDATES: [ModelKind; 10] = [
     ModelKind::FractionalMaxwell,
     ModelKind::FractionalZener,
     ModelKind::FractionalPoyntingThomson,
+    ModelKind::Jeffreys,
+    ModelKind::Prony,
 ];
 
 impl ModelKind {
@@ -183,6 +192,7 @@ impl ModelKind {
             Self::FractionalPoyntingThomson => {
                 "a spring in series with a fractional Kelvin–Voigt model"
             }
+            Self::Jeffreys => "a dashpot beside a Maxwell model",
             Self::Prony => "a spring and Maxwell branches side by side",
         }
     }
@@ -199,14 +209,21 @@ impl ModelKind {
             Self::FractionalKelvinVoigt | Self::FractionalMaxwell => &TWO,
             Self::Zener | Self::PoyntingThomson => &[SPRING, SECOND_SPRING, DASHPOT],
             Self::FractionalZener | Self::FractionalPoyntingThomson => &THREE,
+            Self::Jeffreys => &[SPRING, DASHPOT, SECOND_DASHPOT],
             Self::Prony => &[BASE, BRANCH_MODULI, BRANCH_TIMES],
         }
+    }
+
+    /// True of a sum of Maxwell elements, which is fitted by its [modes](crate::identify), not by its elements.
+    #[cfg(feature = "identify")]
+    pub(crate) const fn is_sum(self) -> bool {
+        matches!(self, Self::Jeffreys | Self::Prony)
     }
 
     /// None where there are not two elements.
     pub(crate) const fn joint(self) -> Option<Joint> {
         match self {
-            Self::Spring | Self::Dashpot | Self::SpringPot | Self::Prony => None,
+            Self::Spring | Self::Dashpot | Self::SpringPot | Self::Jeffreys | Self::Prony => None,
             Self::KelvinVoigt | Self::FractionalKelvinVoigt => Some(Joint::KelvinVoigt),
             Self::Maxwell | Self::FractionalMaxwell => Some(Joint::Maxwell),
             Self::Zener | Self::FractionalZener => Some(Joint::Zener),

@@ -113,7 +113,15 @@ impl Model {
                     elastic_modulus_pa,
                     relaxation_time_s,
                 };
-                Form::Branches(spring_pa, rest.as_chunks().0.iter().map(branch).collect())
+                let branches = rest.as_chunks().0.iter().map(branch).collect();
+                Form::Branches(SpringPot::new(spring_pa, 0.0), branches)
+            }
+            (None, &[elastic_modulus_pa, viscosity, beside]) if kind == ModelKind::Jeffreys => {
+                let branch = MaxwellBranch {
+                    elastic_modulus_pa,
+                    relaxation_time_s: viscosity / elastic_modulus_pa,
+                };
+                Form::Branches(SpringPot::new(beside, 1.0), vec![branch])
             }
             (None, &[viscosity]) if kind == ModelKind::Dashpot => one(viscosity, 1.0),
             (None, &[modulus]) => one(modulus, 0.0),
@@ -149,6 +157,7 @@ impl Model {
             Form::Two(two) => {
                 ModelKind::of_two(two.joint, two.first.is_dashpot() && two.second.is_spring())
             }
+            Form::Branches(beside, _) if beside.is_dashpot() => ModelKind::Jeffreys,
             Form::Branches(..) => ModelKind::Prony,
         }
     }
@@ -176,11 +185,19 @@ impl Model {
                         .to_vec(),
                 }
             }
-            Form::Branches(spring_pa, branches) => {
+            Form::Branches(beside, branches) if kind == ModelKind::Jeffreys => {
+                let branches = branches.iter();
+                let pairs = branches.flat_map(|one| {
+                    let modulus_pa = one.elastic_modulus_pa;
+                    [modulus_pa, modulus_pa * one.relaxation_time_s]
+                });
+                pairs.chain([beside.size]).collect()
+            }
+            Form::Branches(beside, branches) => {
                 let branches = branches.iter();
                 let pairs =
                     branches.flat_map(|one| [one.elastic_modulus_pa, one.relaxation_time_s]);
-                std::iter::once(*spring_pa).chain(pairs).collect()
+                std::iter::once(beside.size).chain(pairs).collect()
             }
         };
         let values = values.into_iter().enumerate();
@@ -324,8 +341,8 @@ fn check(form: &Form) -> Result<(), ModelError> {
                 return Err(ModelError::SameOrder(order));
             }
         }
-        Form::Branches(spring_pa, branches) => {
-            if *spring_pa == 0.0 && branches.is_empty() {
+        Form::Branches(beside, branches) => {
+            if beside.size == 0.0 && branches.is_empty() {
                 return Err(ModelError::Empty);
             }
             for pair in branches.windows(2) {

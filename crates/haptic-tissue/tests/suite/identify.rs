@@ -18,6 +18,7 @@ mod recovery;
 mod rendered;
 mod replicates;
 mod stiffening;
+mod sums;
 mod table;
 mod troubled;
 mod untimed;

@@ -115,7 +115,9 @@ fn the_first_seconds_of_a_run_are_identified_as_what_they_are() {
     let report = ended.succeeded_with_warnings().json();
     assert_eq!(report["model"], "spring-pot");
     let candidates = report["candidates"].as_array().expect("a list");
-    assert_eq!(candidates.len(), haptic_tissue::identify::CANDIDATES.len());
+    // No sums of Maxwell elements in a log of our own.
+    let known = haptic_tissue::identify::CANDIDATES.len();
+    assert_eq!(candidates.len(), known - 2);
     let order = number(&report["parameters"]["order"]["value"]);
     assert_close("order", order, 0.2247, 1e-3);
 }
