@@ -385,7 +385,11 @@ pub(super) fn found(
         let left = plain.through(&sum.misses(&plain));
         let deviance = noise.deviance(&plain.series(&left), plain.floor);
         let numbers = sum.values().len() + plain.nuisance + noise.order();
-        (plain.len() > numbers + 2).then(|| criteria_of(plain.len(), deviance, numbers))
+        let searched = searched(sum.decays().len(), plain.ln_times());
+        (plain.len() > numbers + 2).then(|| {
+            let [aic, bic] = criteria_of(plain.len(), deviance, numbers);
+            [aic, bic + searched]
+        })
     };
     let mut next = Some(merged(reference.active()));
     let mut best: Vec<(ModelKind, Sum, [f64; 2])> = Vec::new();
@@ -425,6 +429,15 @@ pub(super) fn found(
         })
     });
     found.collect()
+}
+
+/// 2 ln of the number of ways to place so many modes on the times of a record: who may choose among more sums finds one by chance sooner
+/// (J. Chen and Z. Chen, *Extended Bayesian information criteria for model selection with large model spaces*, 2008, γ = 1).
+fn searched(modes: usize, [low, high]: [f64; 2]) -> f64 {
+    let modes = modes as f64;
+    let places = ((high - low + 2.0 * BEYOND) / NEAR).max(modes);
+    let ln_factorial = |n: f64| libm::lgamma(n + 1.0);
+    2.0 * (ln_factorial(places) - ln_factorial(modes) - ln_factorial(places - modes))
 }
 
 /// Modes of a grid, neighbours as one.

@@ -210,7 +210,7 @@ fn left(found: &Identification) -> f64 {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn made_tissues_are_chosen_as_what_they_are_or_simpler_and_held_by_their_intervals() {
     let cases = testkit::cases(6_u64);
-    let (mut right, mut inside, mut numbers) = (0, 0, 0);
+    let (mut right, mut inside, mut numbers) = (0, [0, 0], [0, 0]);
     let (mut said, mut unsaid, mut other) = (0, 0, 0);
     for number in 0..cases {
         let case = Case::new(number);
@@ -254,21 +254,24 @@ fn made_tissues_are_chosen_as_what_they_are_or_simpler_and_held_by_their_interva
                 case.noise
             );
         }
-        (inside, numbers) = (
-            inside + held,
-            numbers + usize::from(is_same) * parameters.len(),
-        );
+        // Modes of a series are nearly alike, and their errors are those of a straight line.
+        let of_series = usize::from(*kind == ModelKind::Prony);
+        let all = usize::from(is_same) * parameters.len();
+        inside[of_series] += held;
+        numbers[of_series] += all;
     }
     println!(
-        "{right} of {cases} right, {inside} of {numbers} inside, {unsaid} unsaid, {said} said, {other} with other branches"
+        "{right} of {cases} right, {inside:?} of {numbers:?} inside, the second of series, {unsaid} unsaid, {said} said, {other} with other branches"
     );
     assert_eq!(unsaid, 0);
     assert!(
-        right as f64 >= 0.9 * cases as f64 - 1.0,
+        right as f64 >= 0.92 * cases as f64 - 1.0,
         "{right} of {cases}"
     );
-    let share = inside as f64 / numbers as f64;
-    let low = if numbers >= 600 { 0.93 } else { 0.8 };
-    assert!((low..=1.0).contains(&share), "{inside} of {numbers}");
-    assert!(numbers < 600 || share <= 0.97, "{inside} of {numbers}");
+    let [share, of_series] = [0, 1].map(|n| inside[n] as f64 / numbers[n].max(1) as f64);
+    let is_all = numbers[0] >= 600;
+    let low = if is_all { 0.93 } else { 0.8 };
+    assert!((low..=1.0).contains(&share), "{inside:?} of {numbers:?}");
+    assert!(!is_all || share <= 0.97, "{inside:?} of {numbers:?}");
+    assert!(!is_all || of_series >= 0.85, "{inside:?} of {numbers:?}");
 }
