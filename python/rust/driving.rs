@@ -98,10 +98,11 @@ impl Driving {
         for &signal in &signals {
             if driven.heard.insert(signal) {
                 let rests = Arc::clone(&RESTS);
-                match is_known(signal) {
-                    true => flag::register_conditional_default(signal, rests)?,
-                    false => flag::register_conditional_shutdown(signal, EXIT + signal, rests)?,
-                };
+                if is_known(signal) {
+                    flag::register_conditional_default(signal, rests)?;
+                } else {
+                    flag::register_conditional_shutdown(signal, EXIT + signal, rests)?;
+                }
                 flag::register_usize(signal, Arc::clone(&CAME), signal as usize)?;
             }
             this.listens.push(flag::register(signal, Arc::clone(stop))?);

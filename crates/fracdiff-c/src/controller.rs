@@ -364,9 +364,10 @@ fn is_weighted<F>(branch: &BranchList<F>) -> bool {
 
 /// Input of a branch, in C.
 fn error<F>(branch: &BranchList<F>) -> String {
-    match is_weighted(branch) {
-        true => format!("self->{}_weight * r - y", branch.name),
-        false => "r - y".to_owned(),
+    if is_weighted(branch) {
+        format!("self->{}_weight * r - y", branch.name)
+    } else {
+        "r - y".to_owned()
     }
 }
 

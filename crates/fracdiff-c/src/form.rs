@@ -256,9 +256,10 @@ fn fading(plain: usize, count: usize) -> String {
 
 /// The step for `count` modes, the first `plain` of them without a carry.
 fn step<F: CNumber>(tapped: bool, plain: usize, count: usize) -> String {
-    let (take_due, first_due) = match tapped {
-        true => (DUE, "self->due[0]"),
-        false => ("", "ZERO"),
+    let (take_due, first_due) = if tapped {
+        (DUE, "self->due[0]")
+    } else {
+        ("", "ZERO")
     };
     if count == 0 {
         return filled(

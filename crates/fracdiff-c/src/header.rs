@@ -478,9 +478,10 @@ fn depth_map<F: CNumber>(numbers: &[f64; 8]) -> Result<String, HeaderError> {
         return Err(HeaderError::DepthMap { value: numbers[at] });
     }
     let number = |value: f64| literal(F::from_f64(value));
-    let (near, steps) = match F::COMPENSATED {
-        true => (0.5, "2U"),
-        false => (1.0 / 32.0, "3U"),
+    let (near, steps) = if F::COMPENSATED {
+        (0.5, "2U")
+    } else {
+        (1.0 / 32.0, "3U")
     };
     let mut text = filled(
         ROOT,

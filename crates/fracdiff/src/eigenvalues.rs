@@ -140,9 +140,10 @@ fn turn(h: &mut [Vec<Complex<f64>>], rows: core::ops::Range<usize>, shift: Compl
     let mut rotations = Vec::with_capacity(last - first);
     for k in rows.clone() {
         let length = libm::hypot(h[k][k].norm(), h[k + 1][k].norm());
-        let (c, s) = match length > 0.0 {
-            true => (h[k][k] / length, h[k + 1][k] / length),
-            false => (Complex::new(1.0, 0.0), Complex::new(0.0, 0.0)),
+        let (c, s) = if length > 0.0 {
+            (h[k][k] / length, h[k + 1][k] / length)
+        } else {
+            (Complex::new(1.0, 0.0), Complex::new(0.0, 0.0))
         };
         let (above, below) = h.split_at_mut(k + 1);
         for (x, y) in above[k][k..=last].iter_mut().zip(&mut below[0][k..=last]) {

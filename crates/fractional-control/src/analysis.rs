@@ -291,9 +291,10 @@ fn with_the_other_sign(closed: &SampledControlLoop) -> Option<f64> {
 /// The reason of a pole on the unit circle.
 fn on_the_circle(closed: &SampledControlLoop) -> VerdictCause {
     let stays = |gain: f64| closed.with_gain(gain).verdict().unstable_poles.is_none();
-    match [0.9, 1.1].into_iter().all(stays) {
-        true => VerdictCause::Cancelled,
-        false => VerdictCause::Boundary,
+    if [0.9, 1.1].into_iter().all(stays) {
+        VerdictCause::Cancelled
+    } else {
+        VerdictCause::Boundary
     }
 }
 

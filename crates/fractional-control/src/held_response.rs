@@ -299,12 +299,13 @@ impl Piece {
         let neighbours = [1.0, 0.02, -1.0].map(place);
         let misses = |theta: &f64| piece.at(*theta).map(|value| (value - f(*theta)).norm());
         let is_near = |theta| misses(theta).is_some_and(|misses| misses <= MISSES * largest);
-        match neighbours.iter().all(is_near) {
-            true => piece,
-            false => Self {
+        if neighbours.iter().all(is_near) {
+            piece
+        } else {
+            Self {
                 coefficients: None,
                 ..piece
-            },
+            }
         }
     }
 

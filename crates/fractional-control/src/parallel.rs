@@ -253,9 +253,12 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
                 let same = branch.power == theirs.power && branch.weight == theirs.weight;
                 same.then_some(past)
             });
-            let new = || match branch.order > 0.0 {
-                true => branch.power.settled(branch.error(r, y)),
-                false => None,
+            let new = || {
+                if branch.order > 0.0 {
+                    branch.power.settled(branch.error(r, y))
+                } else {
+                    None
+                }
             };
             if let Some(known) = same.last().cloned().or_else(new) {
                 *slot = known;

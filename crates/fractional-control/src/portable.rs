@@ -264,12 +264,15 @@ impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
         parts: &[PortablePart],
         numbers: &mut Numbers<'_, F>,
     ) -> Result<Self, ListError> {
-        let corner = |index: usize, value: F| match F::ZERO <= value && value <= F::ONE {
-            true => Ok(value),
-            false => Err(ListError::Decay {
-                index,
-                value: value.to_f64(),
-            }),
+        let corner = |index: usize, value: F| {
+            if F::ZERO <= value && value <= F::ONE {
+                Ok(value)
+            } else {
+                Err(ListError::Decay {
+                    index,
+                    value: value.to_f64(),
+                })
+            }
         };
         let (zero, pole) = (corner(2, numbers.next())?, corner(3, numbers.next())?);
         let mut memory = |part: &PortablePart| {

@@ -68,9 +68,10 @@ pub(crate) struct Judged {
 impl Judged {
     /// The loop that the verdict is on.
     pub(crate) fn sampled_loop(&self) -> &SampledControlLoop {
-        match self.is_plants {
-            true => &self.of_plant,
-            false => &self.closed,
+        if self.is_plants {
+            &self.of_plant
+        } else {
+            &self.closed
         }
     }
 
@@ -174,10 +175,7 @@ impl SampledControlLoop {
         let verdict = of_plant.verdict();
         let is_plants = !of_plant.is_held || verdict.unstable_poles.is_some();
         Judged {
-            verdict: match is_plants {
-                true => verdict,
-                false => self.verdict(),
-            },
+            verdict: if is_plants { verdict } else { self.verdict() },
             is_plants,
             of_plant,
             closed: self,

@@ -91,9 +91,12 @@ impl<'a> Characteristic<'a> {
         operator: &OperatorNode,
     ) -> ([Jet; 3], [f64; 3]) {
         let (above, below) = (operator.numerator, operator.denominator);
-        let divided = |jet: Jet| match self.operator.has_denominator() {
-            true => jet.times(below),
-            false => jet,
+        let divided = |jet: Jet| {
+            if self.operator.has_denominator() {
+                jet.times(below)
+            } else {
+                jet
+            }
         };
         let denominator = below.value.norm();
         if let Some(behind) = &self.behind {
@@ -151,9 +154,12 @@ impl<'a> Characteristic<'a> {
         let plant = self.plant_bounds(a, b);
         let gain = self.gain_bounds(a, b);
         let [above, below] = self.operator_bounds(a, b);
-        let divided = |bounds: Bounds| match self.operator.has_denominator() {
-            true => bounds.times(below),
-            false => bounds,
+        let divided = |bounds: Bounds| {
+            if self.operator.has_denominator() {
+                bounds.times(below)
+            } else {
+                bounds
+            }
         };
         let Some(behind) = &self.behind else {
             return [divided(plant), divided(gain), gain.times(above)];

@@ -129,9 +129,10 @@ impl HandPort {
         // A mass alone has no motion of its own.
         let slowest = sizes().filter(|size| *size > rounding);
         let slowest = slowest.fold(f64::INFINITY, f64::min);
-        let [slowest, fastest] = match slowest.is_finite() {
-            true => [slowest, fastest],
-            false => [1.0; 2],
+        let [slowest, fastest] = if slowest.is_finite() {
+            [slowest, fastest]
+        } else {
+            [1.0; 2]
         };
         let ends = [slowest / BEYOND, fastest * BEYOND];
         let least = self.stationary(fastest).into_iter().chain(ends);

@@ -197,9 +197,10 @@ fn reach(characteristic: &Characteristic) -> Result<f64, AnalysisError> {
         .min_by(f64::total_cmp)
         .ok_or(AnalysisError::Unresolved {
             what: "a box that holds the stability region",
-            why: match n1 < 0.0 {
-                true => "within a sample a force moves the plant the other way: judge single walls",
-                false => "a force hardly moves the plant within a sample",
+            why: if n1 < 0.0 {
+                "within a sample a force moves the plant the other way: judge single walls"
+            } else {
+                "a force hardly moves the plant within a sample"
             },
         })
 }

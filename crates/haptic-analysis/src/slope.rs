@@ -158,9 +158,10 @@ impl SampledLoop<'_> {
     fn is_blurred(&self) -> bool {
         let denominator = self.plant().denominator_in_v();
         let clear = BOUNDARY * denominator.iter().map(|c| c.abs()).sum::<f64>();
-        match denominator[0] == 0.0 {
-            true => denominator[1].abs() <= clear,
-            false => denominator[0].abs() <= clear,
+        if denominator[0] == 0.0 {
+            denominator[1].abs() <= clear
+        } else {
+            denominator[0].abs() <= clear
         }
     }
 

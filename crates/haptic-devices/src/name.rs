@@ -147,15 +147,16 @@ impl<'a> Settings<'a> {
             return Ok(default);
         };
         let number = quantity(key, "_m", value)?;
-        match range.contains(&number) {
-            true => Ok(number),
-            false => Err(NameError::Number {
+        if range.contains(&number) {
+            Ok(number)
+        } else {
+            Err(NameError::Number {
                 key,
                 value: value.to_owned(),
                 least: *range.start(),
                 most: *range.end(),
                 unit: " m",
-            }),
+            })
         }
     }
 }

@@ -190,9 +190,10 @@ impl LargestError {
 /// Origin of the force of a run: `simulated` without a link, or by a device that simulates its plant; `rendered` by a device's own record of
 /// what it commanded and read. No instrument measured it.
 pub(crate) fn origin(record: &Record) -> &'static str {
-    match record.link.as_ref().is_none_or(|link| link.simulated) {
-        true => "simulated",
-        false => "rendered",
+    if record.link.as_ref().is_none_or(|link| link.simulated) {
+        "simulated"
+    } else {
+        "rendered"
     }
 }
 

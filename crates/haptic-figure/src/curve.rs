@@ -124,9 +124,10 @@ impl Curve {
 impl Marker {
     /// A marker in this colour, filled with a rim of paper or open.
     pub(crate) fn new(colour: &'static str, shape: Shape, radius: f64, open: bool) -> Self {
-        let (inside, rim) = match open {
-            true => (None, Stroke::solid(colour, OPEN_RIM)),
-            false => (Some(colour), RIM),
+        let (inside, rim) = if open {
+            (None, Stroke::solid(colour, OPEN_RIM))
+        } else {
+            (Some(colour), RIM)
         };
         Self {
             shape,

@@ -213,9 +213,10 @@ fn grid(edges: BoxEdges, x_ticks: &[Tick], y_ticks: &[Tick]) -> Item {
 /// The box with its large ticks, or the small ticks, inwards from all four sides.
 fn ticks(frame: Frame, x_ticks: &[Tick], y_ticks: &[Tick], is_small: bool) -> Item {
     let edges = frame.edges;
-    let (length, width) = match is_small {
-        true => (frame.sizes.minor_tick_length, SMALL_TICK_WIDTH),
-        false => (frame.sizes.tick_length, LINE_WIDTH),
+    let (length, width) = if is_small {
+        (frame.sizes.minor_tick_length, SMALL_TICK_WIDTH)
+    } else {
+        (frame.sizes.tick_length, LINE_WIDTH)
     };
     let mut ruled = Ruled::new(INK, width);
     ruled.border = (!is_small).then(|| edges.rectangle());

@@ -203,9 +203,10 @@ pub(crate) fn wrapped(text: &str, sizes: RangeInclusive<u32>, width: f64) -> Vec
     let mut lines: Vec<String> = Vec::new();
     let parts = text.split_inclusive(" · ").flat_map(|part| {
         let part = part.trim_end();
-        match text_width(part, least) <= width {
-            true => vec![part],
-            false => part.split(' ').collect(),
+        if text_width(part, least) <= width {
+            vec![part]
+        } else {
+            part.split(' ').collect()
         }
     });
     for word in parts {

@@ -244,9 +244,10 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for Pushing<E> {
         let force = self.inner.force(history, position_m);
         // A force that is not finite must reach the safety chain.
         let pulls = force[0] > F::ZERO && force[0].is_finite();
-        match pulls && !self.may_pull {
-            true => SVector::from([F::ZERO]),
-            false => force,
+        if pulls && !self.may_pull {
+            SVector::from([F::ZERO])
+        } else {
+            force
         }
     }
 

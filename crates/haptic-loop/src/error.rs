@@ -56,11 +56,10 @@ pub enum LoopParameterError {
 }
 
 const fn less_braking(mass_known: bool) -> &'static str {
-    match mass_known {
-        true => {
-            "half of what mass, delay and sample time bear: use less braking or a shorter sample time"
-        }
-        false => "the most for a device of unknown mass: give its mass, or use less braking",
+    if mass_known {
+        "half of what mass, delay and sample time bear: use less braking or a shorter sample time"
+    } else {
+        "the most for a device of unknown mass: give its mass, or use less braking"
     }
 }
 

@@ -147,9 +147,10 @@ impl Loading {
             LoadingKind::Punch => Body::Punch(need(self.radius_m, "indenter radius")?),
             LoadingKind::Sphere => Body::Sphere {
                 radius: need(self.radius_m, "indenter radius")?,
-                layer: match self.bonded {
-                    true => Some(need(self.thickness_m, "thickness")?),
-                    false => self.thickness_m,
+                layer: if self.bonded {
+                    Some(need(self.thickness_m, "thickness")?)
+                } else {
+                    self.thickness_m
                 },
             },
             LoadingKind::Cone => Body::Cone(need(self.half_angle_rad, "half angle")?),
@@ -347,9 +348,10 @@ impl Specimen {
                 // χ = (R/h)·u
                 let slender = layer.map_or(0.0, |thickness| radius / thickness);
                 let mut power = 1.0;
-                let factors = match self.loading.bonded {
-                    true => BONDED_LAYER,
-                    false => FREE_LAYER,
+                let factors = if self.loading.bonded {
+                    BONDED_LAYER
+                } else {
+                    FREE_LAYER
                 };
                 for (term, factor) in terms[1..].iter_mut().zip(factors) {
                     *term = factor * power;

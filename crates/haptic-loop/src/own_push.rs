@@ -122,9 +122,10 @@ impl<F: Real, E> OwnPush<F, E> {
             if history.since >= self.tap.ticks {
                 history.since = 0;
                 history.is_tapped = !history.is_tapped;
-                history.pull_n = match history.is_tapped {
-                    true => self.pull_n - self.tap.force_n,
-                    false => self.pull_n,
+                history.pull_n = if history.is_tapped {
+                    self.pull_n - self.tap.force_n
+                } else {
+                    self.pull_n
                 };
             }
         }
@@ -204,9 +205,10 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for OwnPush<F, E> {
         input: &SVector<F, 1>,
         applied_n: &SVector<F, 1>,
     ) {
-        let of_law = match self.is_pushed {
-            true => SVector::from([applied_n[0] + history.pull_n]),
-            false => *applied_n,
+        let of_law = if self.is_pushed {
+            SVector::from([applied_n[0] + history.pull_n])
+        } else {
+            *applied_n
         };
         (self.inner).advance_applied(&mut history.inner, input, &of_law);
         self.count(history);

@@ -256,9 +256,10 @@ impl<F: Real, const D: usize> Shape<F, D> {
         let (kind, place, distance) = match self {
             Self::Plane(plane) => (ShapeKind::Plane, plane.normal, plane.surface),
             Self::Ball(ball) => {
-                let kind = match ball.hollow {
-                    false => ShapeKind::Ball,
-                    true => ShapeKind::HollowBall,
+                let kind = if !ball.hollow {
+                    ShapeKind::Ball
+                } else {
+                    ShapeKind::HollowBall
                 };
                 (kind, ball.centre, ball.radius)
             }

@@ -31,10 +31,7 @@ use DecimalSign::{Comma, Point};
 /// ```
 #[must_use]
 pub fn number(text: &str) -> Option<f64> {
-    let sign = sign_of(text).unwrap_or(match text.contains(',') {
-        true => Comma,
-        false => Point,
-    });
+    let sign = sign_of(text).unwrap_or(if text.contains(',') { Comma } else { Point });
     number_with(text, sign)
 }
 

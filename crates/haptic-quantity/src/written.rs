@@ -16,9 +16,10 @@ const LETTERS: [(i32, &str); 7] = [
 /// A key in words, without its unit: of `peak_force_n` `peak force`. The name of a topic, as `/peak_force`, stays as it is.
 #[must_use]
 pub fn label(key: &str) -> String {
-    match key.starts_with('/') {
-        true => key.to_owned(),
-        false => parts_of_key(key).0.replace('_', " "),
+    if key.starts_with('/') {
+        key.to_owned()
+    } else {
+        parts_of_key(key).0.replace('_', " ")
     }
 }
 
@@ -78,9 +79,10 @@ impl WrittenUnit {
             .filter(|(power, _)| (least..=most).contains(power));
         // 999.96 is written as 1000 in four digits.
         let fits = |power: i32| size >= 0.999_95 * libm::exp10(f64::from(power));
-        let &(power, letter) = match size > 0.0 && size.is_finite() {
-            true => allowed.find(|(power, _)| fits(*power)),
-            false => None,
+        let &(power, letter) = if size > 0.0 && size.is_finite() {
+            allowed.find(|(power, _)| fits(*power))
+        } else {
+            None
         }
         .unwrap_or(&(0, ""));
         Self {
@@ -142,9 +144,10 @@ pub fn written_between(key: &str, [value, low, high]: [f64; 3]) -> [String; 3] {
 pub fn written(key: &str, value: f64) -> String {
     let unit = WrittenUnit::of_key(key, value);
     let number = unit.number(value);
-    match unit.symbol.is_empty() {
-        true => number,
-        false => format!("{number} {}", unit.symbol),
+    if unit.symbol.is_empty() {
+        number
+    } else {
+        format!("{number} {}", unit.symbol)
     }
 }
 

@@ -557,10 +557,7 @@ mod tests {
             // One that rests while nothing is asked of it, and one whose command moves less than it resolves.
             assert_eq!(run(|_| Some(offset_n), |_| -3.0), None);
             assert_eq!(run(|_| Some(offset_n), |tick| 0.49 * wave(tick)), None);
-            let sticks = |tick: u32| match tick < stuck {
-                true => Some(live(tick)),
-                false => (!silent).then(|| live(stuck)),
-            };
+            let sticks = |tick: u32| if tick < stuck { Some(live(tick)) } else { (!silent).then(|| live(stuck)) };
             let found = run(sticks, command).expect("is stuck");
             assert!(matches!(found, Impossible::Stuck { .. }), "{found}");
             // It tells when the time is over and the command has swung far enough, which takes a period at most.

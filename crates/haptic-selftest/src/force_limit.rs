@@ -101,9 +101,10 @@ fn limit(
     // A board that is let go at once falls faster than its rate.
     let certain = most_n > limits.force_n || most_n.is_nan() || loosened.is_none();
     let ok = kept && loosened.is_some() && followed.fault.is_none();
-    let check = match ok && !reached {
-        true => Check::not_judged(Promise::ForceLimit, promised, seen),
-        false => Check::judged(Promise::ForceLimit, promised, seen, ok),
+    let check = if ok && !reached {
+        Check::not_judged(Promise::ForceLimit, promised, seen)
+    } else {
+        Check::judged(Promise::ForceLimit, promised, seen, ok)
     };
     check
         .certain(certain)

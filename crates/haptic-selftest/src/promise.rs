@@ -195,9 +195,12 @@ impl Check {
     /// One row for several axes: the worst of them, which its words name, or with `all` the words of each.
     pub(super) fn of_axes(mut rows: Vec<Self>, all: bool) -> Option<Self> {
         let is_one = rows.len() == 1;
-        let named = rows.iter().zip(AXES).map(|(row, axis)| match is_one {
-            true => row.seen.clone(),
-            false => format!("{axis}: {}", row.seen),
+        let named = rows.iter().zip(AXES).map(|(row, axis)| {
+            if is_one {
+                row.seen.clone()
+            } else {
+                format!("{axis}: {}", row.seen)
+            }
         });
         let mut words: Vec<String> = named.collect();
         let badness = |row: &Self| match row.ok {
@@ -207,9 +210,10 @@ impl Check {
         };
         let most = rows.iter().map(badness).max()?;
         let worst = rows.iter().position(|row| badness(row) == most)?;
-        let seen = match all {
-            true => words.join("; "),
-            false => words.swap_remove(worst),
+        let seen = if all {
+            words.join("; ")
+        } else {
+            words.swap_remove(worst)
         };
         Some(Self {
             seen,

@@ -400,9 +400,10 @@ impl PronyFit {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
         let name = title.split_whitespace().next().unwrap_or("tissue");
         let name: String = name.chars().map(plain).collect();
-        let instantaneous = match self.branches.is_empty() {
-            true => "",
-            false => ", MODULI=INSTANTANEOUS",
+        let instantaneous = if self.branches.is_empty() {
+            ""
+        } else {
+            ", MODULI=INSTANTANEOUS"
         };
         let is_incompressible = ratio > ANSYS_RATIO;
         let [hybrid, mixed] = [

@@ -267,9 +267,10 @@ impl<'a> Retraction<'a> {
     fn place(&self, wanted: f64, now: f64, [mut early, mut late]: [f64; 2]) -> f64 {
         for _ in 0..64 {
             let middle = 0.5 * (early + late);
-            match self.integral(now - middle) > wanted {
-                true => early = middle,
-                false => late = middle,
+            if self.integral(now - middle) > wanted {
+                early = middle;
+            } else {
+                late = middle;
             }
         }
         late

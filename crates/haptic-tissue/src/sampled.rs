@@ -270,9 +270,10 @@ impl Part {
     }
 
     fn element(pot: &SpringPot) -> Self {
-        match pot.is_spring() {
-            true => Self::new(pot.size, Vec::new()),
-            false => Self::new(0.0, vec![Branch::Pot(*pot)]),
+        if pot.is_spring() {
+            Self::new(pot.size, Vec::new())
+        } else {
+            Self::new(0.0, vec![Branch::Pot(*pot)])
         }
     }
 
@@ -374,9 +375,10 @@ impl Branch {
         } else {
             (b, a)
         };
-        match soft.norm_sqr() == 0.0 {
-            true => Complex64::ZERO,
-            false => soft / (soft / stiff + 1.0),
+        if soft.norm_sqr() == 0.0 {
+            Complex64::ZERO
+        } else {
+            soft / (soft / stiff + 1.0)
         }
     }
 

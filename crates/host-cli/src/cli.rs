@@ -208,9 +208,10 @@ pub fn parser() -> clap::Command {
             let takes = argument.get_long().is_some() && argument.get_action().takes_values();
             let kind = argument.get_value_parser().type_id();
             let is_text = kind == TypeId::of::<String>() || kind == TypeId::of::<PathBuf>();
-            match takes && !is_text {
-                true => argument.allow_hyphen_values(true),
-                false => argument,
+            if takes && !is_text {
+                argument.allow_hyphen_values(true)
+            } else {
+                argument
             }
         });
         below.into_iter().fold(command, |command, name| {
@@ -277,9 +278,10 @@ fn print_long_help() -> std::io::Result<()> {
 
 /// Suggestion for an unknown option or command: an existing one, or a key.
 fn meant(error: &clap::Error) -> Option<String> {
-    let kind = match error.kind() == ErrorKind::UnknownArgument {
-        true => ContextKind::InvalidArg,
-        false => ContextKind::InvalidSubcommand,
+    let kind = if error.kind() == ErrorKind::UnknownArgument {
+        ContextKind::InvalidArg
+    } else {
+        ContextKind::InvalidSubcommand
     };
     let typed = error.get(kind)?.to_string();
     if let Err(error) = DeviceName::from_str(&typed)
@@ -355,9 +357,10 @@ fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
         return ExitCode::from(2);
     }
     let is_long = !std::env::args_os().any(|word| word == "-h");
-    let printed = match is_long && error.kind() == ErrorKind::DisplayHelp {
-        true => print_long_help(),
-        false => error.print(),
+    let printed = if is_long && error.kind() == ErrorKind::DisplayHelp {
+        print_long_help()
+    } else {
+        error.print()
     };
     match printed {
         Err(lost) if lost.kind() != std::io::ErrorKind::BrokenPipe => {

@@ -94,9 +94,10 @@ fn value_of(written: &str, parameter: &Parameter, text: &str) -> Result<Value, S
 
 pub(crate) fn help(parameter: &Parameter) -> String {
     let Parameter { shown, help, .. } = parameter;
-    match shown.is_empty() {
-        true => (*help).to_owned(),
-        false => format!("{help} [default: {shown}]"),
+    if shown.is_empty() {
+        (*help).to_owned()
+    } else {
+        format!("{help} [default: {shown}]")
     }
 }
 
@@ -111,9 +112,10 @@ fn argument(parameter: &'static Parameter) -> Arg {
         return argument.action(ArgAction::SetTrue);
     }
     let argument = argument.allow_hyphen_values(true);
-    let argument = match LISTS.contains(&parameter.key) {
-        true => argument.action(ArgAction::Append),
-        false => argument,
+    let argument = if LISTS.contains(&parameter.key) {
+        argument.action(ArgAction::Append)
+    } else {
+        argument
     };
     let names = choices(parameter);
     if !names.is_empty() {
@@ -261,9 +263,10 @@ fn refused(shown: &str, error: String) -> Failure {
 /// The table of a document that has this key.
 fn table_of<'k>(kind: &'k str, parameter: &Parameter) -> &'k str {
     let drive = of_kind(DRIVE_TABLE);
-    match drive.iter().any(|(_, table)| table.contains(parameter)) {
-        true => DRIVE_TABLE,
-        false => kind,
+    if drive.iter().any(|(_, table)| table.contains(parameter)) {
+        DRIVE_TABLE
+    } else {
+        kind
     }
 }
 

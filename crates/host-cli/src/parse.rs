@@ -31,12 +31,11 @@ pub(crate) fn outside(key: &str, range: Range) -> String {
 
 /// The value of a key, if it is in a range; else value and range, for people.
 pub(crate) fn in_range(key: &str, value: f64, range: Range) -> Result<f64, String> {
-    match range.contains(value) {
-        true => Ok(value),
-        false => {
-            let value = format!("{} {}", Shown(value), WrittenUnit::of_key(key, 1.0).symbol);
-            Err(format!("{} {}", value.trim_end(), outside(key, range)))
-        }
+    if range.contains(value) {
+        Ok(value)
+    } else {
+        let value = format!("{} {}", Shown(value), WrittenUnit::of_key(key, 1.0).symbol);
+        Err(format!("{} {}", value.trim_end(), outside(key, range)))
     }
 }
 

@@ -258,9 +258,10 @@ fn above<'a>(axis: AxisSpec<'a>, curves: &[&Points], floor: f64) -> AxisSpec<'a>
     let (low, high) = ends.fold((f64::INFINITY, 0.0), |(low, high), ends| {
         (f64::min(low, ends.0), f64::max(high, ends.1))
     });
-    match low < floor {
-        true => axis.between(floor, 1.2 * high),
-        false => axis,
+    if low < floor {
+        axis.between(floor, 1.2 * high)
+    } else {
+        axis
     }
 }
 
@@ -288,9 +289,10 @@ fn of_side(curves: &Curves) -> Result<Picture, FigureError> {
         .with("hand", Look::Dashed, 2, hand)
         .with("device", Look::Line, 0, column("position_m", 1e3));
     // In compression both are positive: what the device does to hand or place, and what these do to it.
-    let (name, sign) = match places.has("hand") {
-        true => ("hand", -1.0),
-        false => ("place", 1.0),
+    let (name, sign) = if places.has("hand") {
+        ("hand", -1.0)
+    } else {
+        ("place", 1.0)
     };
     let forces = over_time(format!("force on the {name}, in compression"), FORCE)
         .with(
@@ -389,9 +391,10 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
     let force = column(trial, "force_n", 1.0);
     let drive = column(trial, "drive_force_n", 1.0);
     let run = trial.origin;
-    let (device, what) = match object.is_empty() {
-        true => (run.to_owned(), "wall"),
-        false => (format!("device, {run}"), "coupler"),
+    let (device, what) = if object.is_empty() {
+        (run.to_owned(), "wall")
+    } else {
+        (format!("device, {run}"), "coupler")
     };
     // There is no 0 on log t, and the line is seen from the first sample behind it.
     let begins = trial.time_s.iter().find(|t| **t > 0.0);

@@ -162,8 +162,9 @@ impl Pictures {
 
 /// The failure of a picture that cannot be drawn.
 pub(crate) fn undrawn(error: FigureError) -> Failure {
-    match matches!(error, FigureError::Render(_)) {
-        true => Failure::run(error),
-        false => Failure::input(error),
+    if matches!(error, FigureError::Render(_)) {
+        Failure::run(error)
+    } else {
+        Failure::input(error)
     }
 }

@@ -10,16 +10,15 @@ use std::path::Path;
 
 /// The bytes of a table, `-` for those of standard input; no more than a table may have.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
-    let read = match path.as_os_str() == "-" {
-        true => {
-            let mut bytes = Vec::new();
-            let input = io::stdin()
-                .lock()
-                .take(TABLE_MOST + 1)
-                .read_to_end(&mut bytes);
-            input.map(|_| bytes)
-        }
-        false => read_bytes(path, TABLE_MOST),
+    let read = if path.as_os_str() == "-" {
+        let mut bytes = Vec::new();
+        let input = io::stdin()
+            .lock()
+            .take(TABLE_MOST + 1)
+            .read_to_end(&mut bytes);
+        input.map(|_| bytes)
+    } else {
+        read_bytes(path, TABLE_MOST)
     };
     let name = path.display();
     read.map_err(|error| {
@@ -101,8 +100,9 @@ pub(crate) fn read<T, E: Display, const N: usize>(
 
 /// An error in a table, behind its name.
 pub(crate) fn wrong(path: &Path, what: impl Display) -> Failure {
-    Failure::bad_input(match path.as_os_str() == "-" {
-        true => format!("standard input: {what}"),
-        false => format!("{}: {what}", path.display()),
+    Failure::bad_input(if path.as_os_str() == "-" {
+        format!("standard input: {what}")
+    } else {
+        format!("{}: {what}", path.display())
     })
 }

@@ -107,11 +107,10 @@ fn why_not(part: &Part<'_>, place: usize, could_be: bool) -> String {
     }
     let meaning = understand(&heading.names[place], heading.below(place));
     let Some(meaning) = meaning else {
-        return match could_be {
-            true => {
-                format!("its name says nothing: name it by {COLUMNS} if its unit is that of one")
-            }
-            false => "no quantity of a record has this name or unit".to_owned(),
+        return if could_be {
+            format!("its name says nothing: name it by {COLUMNS} if its unit is that of one")
+        } else {
+            "no quantity of a record has this name or unit".to_owned()
         };
     };
     let mut others = part.found.iter();

@@ -101,12 +101,12 @@ impl Block {
     /// True of a column of times whose last is later than its first: of instants, or of numbers.
     pub(super) fn runs(&self, place: usize, instants: bool) -> bool {
         let rows = [0, self.rows.len() - 1];
-        let ends = match instants {
-            true => since_first(rows.map(|row| self.cell(row, place)).into_iter()),
-            false => rows
-                .map(|row| number(self.cell(row, place)))
+        let ends = if instants {
+            since_first(rows.map(|row| self.cell(row, place)).into_iter())
+        } else {
+            rows.map(|row| number(self.cell(row, place)))
                 .into_iter()
-                .collect(),
+                .collect()
         };
         ends.is_some_and(|ends| ends[1] > ends[0])
     }
@@ -148,9 +148,10 @@ impl Block {
             .filter(|place| !self.text.contains(place))
             .count();
         let is_wider = place(Cell::Number).next_back() >= Some(self.columns());
-        match is_after_blank {
-            true => alike > 0 && strange == 0 && !is_wider,
-            false => alike > 0 && (strange == 0 || 2 * alike >= self.width()),
+        if is_after_blank {
+            alike > 0 && strange == 0 && !is_wider
+        } else {
+            alike > 0 && (strange == 0 || 2 * alike >= self.width())
         }
     }
 
@@ -243,9 +244,10 @@ impl Block {
             all.extend((0..count).map(|n| {
                 let from = n * width;
                 let cut = |(line, row): &(u64, StringRecord)| {
-                    let cells: StringRecord = match row.len() > width {
-                        true => row.iter().skip(from).take(width).collect(),
-                        false => row.clone(),
+                    let cells: StringRecord = if row.len() > width {
+                        row.iter().skip(from).take(width).collect()
+                    } else {
+                        row.clone()
                     };
                     (!cells.iter().all(str::is_empty)).then_some((*line, cells))
                 };
@@ -458,9 +460,10 @@ impl Blocks {
 
     fn separated(text: &str, separator: u8) -> Result<Self, TableError> {
         let spaced = separator == b' ';
-        let (text, delimiter) = match spaced {
-            true => (Cow::Owned(by_spaces(text)), b'\t'),
-            false => (Cow::Borrowed(text), separator),
+        let (text, delimiter) = if spaced {
+            (Cow::Owned(by_spaces(text)), b'\t')
+        } else {
+            (Cow::Borrowed(text), separator)
         };
         let mut found = Self {
             blocks: Vec::new(),
@@ -505,9 +508,10 @@ impl Blocks {
                 open.broken = may_be_row.then(|| (line, row.clone()));
                 found.close(&mut open, &mut texts);
             }
-            match joins || cells.contains(&Cell::Number) {
-                true => open.push(line, row, &cells),
-                false => texts.push((line, row.clone())),
+            if joins || cells.contains(&Cell::Number) {
+                open.push(line, row, &cells);
+            } else {
+                texts.push((line, row.clone()));
             }
             is_after_blank = false;
             Ok(())

@@ -81,9 +81,10 @@ pub fn words(header: &str) -> Vec<String> {
 impl Unit {
     fn of(column: Column, unit: &str) -> Option<Self> {
         let size = column.dimension().size(unit)?;
-        Some(match size.is_weight {
-            true => Self::Weight(size.si),
-            false => Self::Factor(size.si),
+        Some(if size.is_weight {
+            Self::Weight(size.si)
+        } else {
+            Self::Factor(size.si)
         })
     }
 
@@ -182,9 +183,10 @@ const ANGULAR: &str = "ang, ω, omega, kreis, winkel";
 fn meaning(name: &str, unit: Option<String>) -> Option<Meaning> {
     let temperature_or_time = name.trim() == "T";
     let name = plain(name);
-    let known: Vec<Column> = match temperature_or_time {
-        true => vec![Column::Temperature, Column::Time],
-        false => spelt(&name).collect(),
+    let known: Vec<Column> = if temperature_or_time {
+        vec![Column::Temperature, Column::Time]
+    } else {
+        spelt(&name).collect()
     };
     let is_one_of = |names: &str| names.split(", ").any(|other| other == name);
     let rank = if is_angular(&name) || is_one_of(STEP_CLOCKS) {

@@ -357,9 +357,10 @@ impl Reader {
                 "{} segments could be meant, {}: give {SEGMENT} one or several of them, or {SEGMENTS} to list all{}",
                 pieces.len(),
                 listed(pieces),
-                match pieces.iter().any(|piece| piece.part.is_whole()) {
-                    true => String::new(),
-                    false => format!("; and {COLUMNS}, as in time=1,modulus=2"),
+                if pieces.iter().any(|piece| piece.part.is_whole()) {
+                    String::new()
+                } else {
+                    format!("; and {COLUMNS}, as in time=1,modulus=2")
                 }
             )));
         }
@@ -408,9 +409,10 @@ impl Reader {
             let mut bad = Vec::new();
             let read = block.numbers(&part.heading, &places, rows.clone(), Some(&mut bad));
             bad.dedup();
-            match read.is_ok() && are_few(bad.len(), rows.len()) {
-                true => error.or_skip(),
-                false => error,
+            if read.is_ok() && are_few(bad.len(), rows.len()) {
+                error.or_skip()
+            } else {
+                error
             }
         })?;
         bad.dedup();

@@ -75,8 +75,9 @@ pub(crate) fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, &'static str> {
         return Err("this is no text");
     }
     // Lines of an old Mac.
-    Ok(match text.contains('\r') && !text.contains('\n') {
-        true => Cow::Owned(text.replace('\r', "\n")),
-        false => text,
+    Ok(if text.contains('\r') && !text.contains('\n') {
+        Cow::Owned(text.replace('\r', "\n"))
+    } else {
+        text
     })
 }

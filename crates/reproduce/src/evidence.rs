@@ -272,9 +272,10 @@ fn peaks(kind: Kind, wall: Nondimensional) -> Result<Option<Vec<f64>>, AnalysisE
     let peak = |mu: f64| {
         let operator = kind.operator(mu)?;
         let sampled = SampledLoop::new(wall, &operator, 0)?;
-        Ok(match sampled.is_stable() {
-            true => Some(20.0 * libm::log10(sampled.sensitivity_peak()?.value)),
-            false => None,
+        Ok(if sampled.is_stable() {
+            Some(20.0 * libm::log10(sampled.sensitivity_peak()?.value))
+        } else {
+            None
         })
     };
     ORDERS.into_iter().map(peak).collect()
@@ -486,9 +487,10 @@ fn least(
     let operator = kind.response(mu)?;
     let mut found = (f64::INFINITY, None);
     for theta in (1..4000).map(|i| PI * f64::from(i) / 4000.0) {
-        let at = match held {
-            true => environment.felt_on(0.0.into(), ForcePath::NONE, &operator, theta),
-            false => environment.effective(&operator, theta),
+        let at = if held {
+            environment.felt_on(0.0.into(), ForcePath::NONE, &operator, theta)
+        } else {
+            environment.effective(&operator, theta)
         };
         let value = share(&at?);
         found = (
@@ -529,9 +531,10 @@ pub(crate) fn damps(kind: Kind) -> Found {
         let (_, first) = least(kind, mu, true, damping)?;
         lowers.extend(first.map(|theta| format!("from θ = {theta:.3} at μ = {mu}")));
     }
-    let numbers = match lowers.is_empty() {
-        true => "it raises the damping at every frequency".to_owned(),
-        false => format!("it lowers the damping {}", lowers.join(", ")),
+    let numbers = if lowers.is_empty() {
+        "it raises the damping at every frequency".to_owned()
+    } else {
+        format!("it lowers the damping {}", lowers.join(", "))
     };
     Ok((Some(lowers.is_empty()), numbers))
 }

@@ -46,9 +46,10 @@ impl Pull {
     }
 
     fn weight(&self, sum: f64) -> f64 {
-        match self.from_below && sum > self.aim {
-            true => 0.0,
-            false => self.weight,
+        if self.from_below && sum > self.aim {
+            0.0
+        } else {
+            self.weight
         }
     }
 }
@@ -122,9 +123,10 @@ impl Bounded<'_> {
             !(at_low && slope[k] > 0.0 || at_high && slope[k] < 0.0)
         };
         let inside: Vec<usize> = (0..self.free.len()).filter(|&k| inwards(k)).collect();
-        match inside.iter().any(|&k| steep(k)) {
-            true => inside,
-            false => Vec::new(),
+        if inside.iter().any(|&k| steep(k)) {
+            inside
+        } else {
+            Vec::new()
         }
     }
 
@@ -222,9 +224,10 @@ pub fn minimise(
             *scale = scale.max(column.norm());
         }
         converged = movable.is_empty() || damping > DAMPING_MOST;
-        let values = match converged {
-            true => None,
-            false => bounded.moved(&here, &movable, damping, &scale),
+        let values = if converged {
+            None
+        } else {
+            bounded.moved(&here, &movable, damping, &scale)
         };
         let Some(values) = values else { break };
         let over_free = |value: &dyn Fn(usize) -> f64| {

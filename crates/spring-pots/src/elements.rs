@@ -37,9 +37,12 @@ impl Elements {
     /// The values of the variables.
     #[must_use]
     pub fn variables(&self, joint: Option<Joint>) -> Vec<f64> {
-        let value = |variable: usize| match is_order(variable) {
-            true => self.order[variable / 2],
-            false => self.ln_modulus[variable / 2],
+        let value = |variable: usize| {
+            if is_order(variable) {
+                self.order[variable / 2]
+            } else {
+                self.ln_modulus[variable / 2]
+            }
         };
         (0..variables(joint)).map(value).collect()
     }

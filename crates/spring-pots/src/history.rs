@@ -75,9 +75,10 @@ impl History {
             .map(|moved| knots(moved.motion_s, &changes(moved.motion_s, moved.strain)))
             .collect();
         let pairs = knots.iter().map(Vec::len).max().unwrap_or(0).max(1);
-        let outputs = match pairs <= FEW_CORNERS {
-            true => OUTPUTS_OF_FEW,
-            false => OUTPUTS_MOST,
+        let outputs = if pairs <= FEW_CORNERS {
+            OUTPUTS_OF_FEW
+        } else {
+            OUTPUTS_MOST
         };
         let most = (PAIRS_MOST / pairs).clamp(OUTPUTS_LEAST, outputs) / motions.len();
         let steps = motions.iter().flat_map(|moved| moved.motion_s.windows(2));
@@ -238,9 +239,12 @@ impl History {
     /// The triangle of the weighted rows, with its target values.
     fn triangle(&self, wanted: &[f64], roots: &[f64]) -> (Self, Vec<f64>) {
         let columns = self.nodes + 1;
-        let at = |row: usize, column: usize| match column == self.nodes {
-            true => wanted[row],
-            false => self.weights[row * self.nodes + column],
+        let at = |row: usize, column: usize| {
+            if column == self.nodes {
+                wanted[row]
+            } else {
+                self.weights[row * self.nodes + column]
+            }
         };
         let whole = DMatrix::from_fn(roots.len(), columns, |row, column| {
             roots[row] * at(row, column)
@@ -343,9 +347,10 @@ fn knots(time_s: &[f64], changes: &[f64]) -> Vec<(f64, f64)> {
         let (before, after) = (step(n - 1), step(n));
         let is_even = before <= ALIKE * after && after <= ALIKE * before;
         // No change is known at the last sample.
-        let neighbour = match n + 2 < time_s.len() {
-            true => changes[n - 1].abs().min(changes[n + 1].abs()),
-            false => changes[n - 1].abs(),
+        let neighbour = if n + 2 < time_s.len() {
+            changes[n - 1].abs().min(changes[n + 1].abs())
+        } else {
+            changes[n - 1].abs()
         };
         let is_corner = changes[n].abs() > CORNER * neighbour;
         (is_even && !is_corner).then(|| 2.0 * changes[n] / (before + after))

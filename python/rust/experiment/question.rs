@@ -24,9 +24,10 @@ pub(crate) fn answer<'py>(
     let read = move |_: &_| Question::open(&document).or_refused();
     let question = heard(py, Duration::MAX, read)?;
     // A device is brought to rest; what is simulated has nothing to lose.
-    let interrupted = match question.is_simulated() {
-        false => Interrupted::Awaited,
-        true => Interrupted::Forgotten,
+    let interrupted = if question.is_simulated() {
+        Interrupted::Forgotten
+    } else {
+        Interrupted::Awaited
     };
     let (answer, warnings) = conduct(py, progress, interrupted, move |conduct| {
         let drives = (!question.is_simulated()).then(|| conduct.drives());

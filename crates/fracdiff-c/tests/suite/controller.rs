@@ -226,12 +226,13 @@ pub(crate) fn hash<F: Real>(case: &Case) -> String {
         }
     };
     let setups = [setup, changed];
-    match matches!(
+    if matches!(
         setup.law,
         ControllerParameters::Pid(_) | ControllerParameters::Tid(_)
     ) {
-        true => commands(setups.map(|setup| pid(setup).expect("valid"))),
-        false => commands(setups.map(|setup| lead(setup).expect("valid"))),
+        commands(setups.map(|setup| pid(setup).expect("valid")))
+    } else {
+        commands(setups.map(|setup| lead(setup).expect("valid")))
     }
 }
 

@@ -434,9 +434,10 @@ impl<'a> Fit<'a> {
                 return Err(UNFIT);
             }
         }
-        let freedom = match parts.iter().all(FractionalTransferFunction::is_whole) {
-            true => Free::Coefficients,
-            false => self.numbers.freedom,
+        let freedom = if parts.iter().all(FractionalTransferFunction::is_whole) {
+            Free::Coefficients
+        } else {
+            self.numbers.freedom
         };
         let late_s = late * self.record.sample_time.0;
         let dead_time = match self.record.dead_time {
@@ -478,10 +479,10 @@ impl<'a> Fit<'a> {
         let left = |parameters: &DVector<f64>| self.left_by(self.run_by(parameters).as_ref());
         let slope = |column| (self.numbers).slope(column, &self.parameters, &self.left, left);
         let count = self.numbers.free.len();
-        let columns: Vec<DVector<f64>> = match self.numbers.runs_exactly(&self.numbers.guess) {
-            // Too fast to be worth another core.
-            true => (0..count).map(slope).collect(),
-            false => (0..count).into_par_iter().map(slope).collect(),
+        let columns: Vec<DVector<f64>> = if self.numbers.runs_exactly(&self.numbers.guess) {
+            (0..count).map(slope).collect()
+        } else {
+            (0..count).into_par_iter().map(slope).collect()
         };
         DMatrix::from_columns(&columns)
     }

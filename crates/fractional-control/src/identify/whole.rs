@@ -341,9 +341,10 @@ fn free_motions(
         StartState::Settled | StartState::Moving => states,
     };
     let ones = vec![1.0; samples];
-    let offset = match is_filtered {
-        true => filtered(below, t, &ones, 0.0, true)?.column(0).into_owned(),
-        false => DVector::from_vec(ones),
+    let offset = if is_filtered {
+        filtered(below, t, &ones, 0.0, true)?.column(0).into_owned()
+    } else {
+        DVector::from_vec(ones)
     };
     let mut all = DMatrix::zeros(samples, count + 1);
     if count > 0 {

@@ -87,9 +87,10 @@ pub(super) fn calm_instead(found: &[Found], record: &InputOutput) -> Option<usiz
         .first()
         .filter(|first| grows(&first.identified.function, record))?;
     let most = MORE_LEFT * first.news(record).max(rounding(record));
-    let worst = match may_grow(record) {
-        true => first.bic + DECISIVE,
-        false => f64::INFINITY,
+    let worst = if may_grow(record) {
+        first.bic + DECISIVE
+    } else {
+        f64::INFINITY
     };
     found.iter().position(|candidate| {
         candidate.news(record) <= most
@@ -216,9 +217,10 @@ pub(super) fn slow_instead(found: &mut Vec<Found>, search: &Search<'_>) {
     };
     let length_s = search.record.length_s();
     let as_slow = |times: f64, late: DeadTime, is_lag: bool| {
-        let slow = match is_lag {
-            true => lag(1.0, times * length_s),
-            false => slowed(&first.identified.function, times * length_s),
+        let slow = if is_lag {
+            lag(1.0, times * length_s)
+        } else {
+            slowed(&first.identified.function, times * length_s)
         };
         search.fitted(&slow?, late, Free::Above).ok()
     };

@@ -315,9 +315,10 @@ fn profile_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 
         let last = libm::ceil(best / t);
         return [(last - 1.0).max(0.0) * t, last * t];
     }
-    let (floor, freedom) = match found.is_whole() {
-        true => (rounding(record), Free::Coefficients),
-        false => (resolved(record), Free::All),
+    let (floor, freedom) = if found.is_whole() {
+        (rounding(record), Free::Coefficients)
+    } else {
+        (resolved(record), Free::All)
     };
     let samples = record.output.len() as f64;
     let least = found.news(record);

@@ -262,9 +262,10 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     let fitted = |start: &(StartState, f64)| -> Vec<Found> {
         let options = beginning(*start);
         let search = Search::new(&options, held, dead_time.is_some());
-        let simple = match *start == open {
-            true => vec![],
-            false => guesses(*start, POLES_FOR_START),
+        let simple = if *start == open {
+            vec![]
+        } else {
+            guesses(*start, POLES_FOR_START)
         };
         let fits = shared.iter().chain(&simple);
         let fits = fits.filter_map(|(function, late)| search.coefficients(function, *late));
@@ -747,9 +748,12 @@ fn without_the_loosest(
         standard_errors,
         ..
     } = &found.identified;
-    let share = |(number, error): &(FreeNumber, f64)| match *number == FreeNumber::DeadTime {
-        true => error / dead_time.seconds(),
-        false => *error,
+    let share = |(number, error): &(FreeNumber, f64)| {
+        if *number == FreeNumber::DeadTime {
+            error / dead_time.seconds()
+        } else {
+            *error
+        }
     };
     let loose = standard_errors
         .iter()

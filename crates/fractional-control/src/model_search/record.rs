@@ -265,9 +265,10 @@ pub(super) fn count_of(signal: &[f64]) -> f64 {
         let counts = step / count;
         (counts - libm::round(counts)).abs() <= OF_A_COUNT
     };
-    match count.is_finite() && steps().all(is_whole) {
-        true => count,
-        false => 0.0,
+    if count.is_finite() && steps().all(is_whole) {
+        count
+    } else {
+        0.0
     }
 }
 

@@ -100,9 +100,10 @@ const BY_CHANCE: f64 = 0.001;
 /// them: N/2·exp(−e²/2) bounds its chance to go beyond e (W. Feller, *An introduction to probability theory*, 1968, VII.1, for each).
 fn hides(pair: &Pair, samples: usize) -> f64 {
     let is_barely_damped = pair.pole.im != 0.0 && -pair.pole.re < BARELY * pair.pole.norm();
-    match is_barely_damped {
-        true => libm::sqrt(2.0 * libm::log(samples as f64 / (2.0 * BY_CHANCE))),
-        false => ONE,
+    if is_barely_damped {
+        libm::sqrt(2.0 * libm::log(samples as f64 / (2.0 * BY_CHANCE)))
+    } else {
+        ONE
     }
 }
 

@@ -68,9 +68,10 @@ fn deviance_of_counts(left: &[f64], count: f64) -> f64 {
     // By thirds; where the likelihood is 0, at both, the noise is larger.
     for _ in 0..STEPS {
         let third = (high - low) / 3.0;
-        match of(low + third) < of(high - third) {
-            true => high -= third,
-            false => low += third,
+        if of(low + third) < of(high - third) {
+            high -= third;
+        } else {
+            low += third;
         }
     }
     let scale = libm::log(2.0 * PI * E / (count * count));

@@ -250,9 +250,12 @@ fn every_shape(
     let shapes = shapes(poles).filter(|shape| may_be_prompt || shape.zeros < shape.poles);
     let shapes: Vec<WholeShape> = shapes.collect();
     let guesses = shapes.into_par_iter();
-    let guesses = guesses.flat_map_iter(|shape| match shape.zeros < shape.poles {
-        true => [best(shape, &free), best(shape, &known)],
-        false => [best(shape, &after), best(shape, &with)],
+    let guesses = guesses.flat_map_iter(|shape| {
+        if shape.zeros < shape.poles {
+            [best(shape, &free), best(shape, &known)]
+        } else {
+            [best(shape, &after), best(shape, &with)]
+        }
     });
     guesses.flatten_iter().collect()
 }
@@ -300,9 +303,12 @@ pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<I
     if lost(&record.output, k) > LOST {
         return Some(beginning(record, samples));
     }
-    let mean = |block: &[f64]| match held {
-        true => block.iter().sum::<f64>() / k as f64,
-        false => block[0],
+    let mean = |block: &[f64]| {
+        if held {
+            block.iter().sum::<f64>() / k as f64
+        } else {
+            block[0]
+        }
     };
     let every = |signal: &[f64]| signal.chunks_exact(k).map(|block| block[0]).collect();
     Some(InputOutput {

@@ -320,13 +320,10 @@ impl<'a> Search<'a> {
         }
         Err(ControlError::NotFound {
             what: "a stable controller with this crossover and margin",
-            why: match self.equations.any_sign {
-                true => {
-                    "move the crossover, above the unstable poles and below 1/(dead time), or ask for less margin"
-                }
-                false => {
-                    "every candidate has a second crossover: lower the crossover or ask for less margin"
-                }
+            why: if self.equations.any_sign {
+                "move the crossover, above the unstable poles and below 1/(dead time), or ask for less margin"
+            } else {
+                "every candidate has a second crossover: lower the crossover or ask for less margin"
             },
         })
     }

@@ -38,9 +38,10 @@ impl Loop {
             }
         });
         let below: Vec<String> = factors.collect();
-        let function = match below.is_empty() {
-            true => format!("{}", self.gain),
-            false => format!("{}/({})", self.gain, below.join("")),
+        let function = if below.is_empty() {
+            format!("{}", self.gain)
+        } else {
+            format!("{}/({})", self.gain, below.join(""))
         };
         Plant::transfer(function.parse().expect(&function), self.delay).expect("valid")
     }

@@ -40,9 +40,10 @@ impl Input {
                 .map(|_| {
                     let is_step = matches!(self, Self::Steps);
                     if random.chance(if is_step { 0.4 / tau } else { 2.0 / tau }) {
-                        level = match is_step {
-                            true => random.between(-1.0, 1.0),
-                            false => -level.signum(),
+                        level = if is_step {
+                            random.between(-1.0, 1.0)
+                        } else {
+                            -level.signum()
                         };
                     }
                     level
@@ -90,9 +91,10 @@ impl Case {
         let squares: f64 = output.iter().map(|y| (y - mean) * (y - mean)).sum();
         let deviation = (squares / samples as f64).sqrt();
         let drifts = number.is_multiple_of(3);
-        let (share, alike) = match drifts {
-            true => (random.between(0.01, 0.07), random.between(0.5, 0.98)),
-            false => (random.log_between(1e-6, 1e-3), 0.0),
+        let (share, alike) = if drifts {
+            (random.between(0.01, 0.07), random.between(0.5, 0.98))
+        } else {
+            (random.log_between(1e-6, 1e-3), 0.0)
         };
         let noise = slow(alike, samples, &mut random);
         let offset = random.one_of(&[0.0, 20.0 * deviation]);

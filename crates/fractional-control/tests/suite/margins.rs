@@ -82,9 +82,10 @@ fn a_narrow_peak_beside_a_zero_has_its_margins() {
                 format!("exp(-{delay}s)"),
                 format!("(s^2+1)/(s^2+{})", 1.0 + gap),
             );
-            Ok::<_, ()>(match is_plants {
-                true => closed(&format!("{late}*{pair}/(s+2)"), "1"),
-                false => of_function(&format!("{late}/(s+2)"), &pair),
+            Ok::<_, ()>(if is_plants {
+                closed(&format!("{late}*{pair}/(s+2)"), "1")
+            } else {
+                of_function(&format!("{late}/(s+2)"), &pair)
             })
         };
         let prompt = later(0.0).expect("runs");

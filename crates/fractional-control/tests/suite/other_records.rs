@@ -28,9 +28,10 @@ fn grown([re, im]: [f64; 2], t: f64) -> ([f64; 2], [f64; 2]) {
         (re * t).exp() * (im * t).sin(),
     ];
     let square = re * re + im * im;
-    let fed = match square > 0.0 {
-        true => times([moved[0] - 1.0, moved[1]], [re / square, -im / square]),
-        false => [t, 0.0],
+    let fed = if square > 0.0 {
+        times([moved[0] - 1.0, moved[1]], [re / square, -im / square])
+    } else {
+        [t, 0.0]
     };
     (moved, fed)
 }

@@ -20,9 +20,10 @@ fn found(mut record: InputOutput) -> Result<Found, String> {
     let found = identify(&record, &guesses, true, Wanted::default(), &|_| ());
     let mut found = found.map_err(|error| error.to_string())?;
     let closest = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
-    match closest.is_some_and(|closest| closest.shows_a_response(&record)) {
-        true => Ok(found.swap_remove(0)),
-        false => Err("no response".to_owned()),
+    if closest.is_some_and(|closest| closest.shows_a_response(&record)) {
+        Ok(found.swap_remove(0))
+    } else {
+        Err("no response".to_owned())
     }
 }
 
@@ -62,9 +63,10 @@ fn of_nature(number: u64, random: &mut Random) -> Option<String> {
         power,
     };
     let samples = random.one_of(&[300, 600]);
-    let input = match random.chance(0.5) || cell.resistance > 0.0 {
-        true => pulses(samples, &LENGTHS, &[-1.0, -0.5, 0.0, 1.0], random),
-        false => step(samples),
+    let input = if random.chance(0.5) || cell.resistance > 0.0 {
+        pulses(samples, &LENGTHS, &[-1.0, -0.5, 0.0, 1.0], random)
+    } else {
+        step(samples)
     };
     let noise = random.log_between(1e-4, 5e-3);
     let offset = gain * random.one_of(&[0.0, 3.7]);
@@ -137,9 +139,10 @@ fn in_counts(number: u64, random: &mut Random) -> Option<String> {
         .iter()
         .map(|pole| 1 + usize::from(pole.im != 0.0))
         .sum();
-    let input = match random.chance(0.5) {
-        true => pulses(samples, &LENGTHS, &[0.0, 1.0], random),
-        false => step(samples),
+    let input = if random.chance(0.5) {
+        pulses(samples, &LENGTHS, &[0.0, 1.0], random)
+    } else {
+        step(samples)
     };
     let gain = random.log_between(0.1, 100.0);
     let output = answer(&poles, &input);

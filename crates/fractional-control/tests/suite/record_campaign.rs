@@ -74,9 +74,10 @@ impl Input {
                 if left == 0 {
                     left = 1 + (random.share() * 20.0) as usize;
                     now = level
-                        * match matches!(self, Self::Pulses) {
-                            true => random.one_of(&[0.0, 1.0]),
-                            false => random.between(-1.0, 1.0),
+                        * if matches!(self, Self::Pulses) {
+                            random.one_of(&[0.0, 1.0])
+                        } else {
+                            random.between(-1.0, 1.0)
                         };
                 }
                 left -= 1;

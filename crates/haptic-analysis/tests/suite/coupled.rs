@@ -105,12 +105,11 @@ impl Case {
         let delta = self.object.damping_n_s_per_m * T / m;
         let gamma = 0.5 * self.object.stiffness_n_per_m * T * T / m;
         let firm = add(&times(&v, delta), &times(&u, gamma));
-        let (e, u) = match rho > 0.0 {
-            true => {
-                let heavy = times(&multiply(&v, &v), rho);
-                (add(&heavy, &multiply(&firm, &u)), u.to_vec())
-            }
-            false => (firm, vec![1.0]),
+        let (e, u) = if rho > 0.0 {
+            let heavy = times(&multiply(&v, &v), rho);
+            (add(&heavy, &multiply(&firm, &u)), u.to_vec())
+        } else {
+            (firm, vec![1.0])
         };
         let coupler = add(&times(&multiply(&v, below), alpha), &times(above, beta));
         let mut late = vec![0.0; plant.path().whole_samples() + 1];

@@ -96,9 +96,12 @@ impl Drawn {
             0 => 0.5 * (random.between(0.0, 5.0)).floor(),
             _ => random.between(0.02, 2.0),
         };
-        let mut unless = |is_nothing: bool, most: f64| match is_nothing {
-            true => 0.0,
-            false => random.between(0.0, most),
+        let mut unless = |is_nothing: bool, most: f64| {
+            if is_nothing {
+                0.0
+            } else {
+                random.between(0.0, most)
+            }
         };
         let delta = unless(case.is_multiple_of(3), 2.0);
         let gamma = unless(case % 4 < 2, 1.5);

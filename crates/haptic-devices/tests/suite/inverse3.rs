@@ -608,9 +608,10 @@ fn a_greeting_that_drips_or_is_repeated_ends_after_its_time() {
         }
         let clock = Arc::clone(&world);
         let is_late = move || lock(&clock).now_us >= LIMIT_US;
-        let error = match over_http {
-            true => name.check_version(InTime::new(wire, is_late)),
-            false => Inverse3::<_, 3>::greet(wire, &name, is_late).map(drop),
+        let error = if over_http {
+            name.check_version(InTime::new(wire, is_late))
+        } else {
+            Inverse3::<_, 3>::greet(wire, &name, is_late).map(drop)
         };
         let error = error.expect_err("too slow").to_string();
         let wanted = "localhost:10001 did not finish its greeting within 2 s: restart";

@@ -46,9 +46,10 @@ impl BoardPort {
             )),
             PortKind::Address | PortKind::ForeignAddress => {
                 let name = name.map_or(Self::ADDRESS.into(), Path::to_string_lossy);
-                Ok(Self::Address(match kind == PortKind::Address {
-                    true => TcpListening::open(&name)?,
-                    false => TcpListening::for_any_protocol(&name)?,
+                Ok(Self::Address(if kind == PortKind::Address {
+                    TcpListening::open(&name)?
+                } else {
+                    TcpListening::for_any_protocol(&name)?
                 }))
             }
         }

@@ -116,9 +116,10 @@ impl ControllerFile {
         // The sample time stands in `[loop]`.
         let mut setup = ControllerSetup::new(blank(name, &law)?, Seconds(1.0));
         for (key, number) in numbers(&mut setup).1 {
-            *number = match key.default_number().is_nan() {
-                true => law.required(&key)?,
-                false => law.number(&key)?,
+            *number = if key.default_number().is_nan() {
+                law.required(&key)?
+            } else {
+                law.number(&key)?
             };
         }
         let setup = in_loop(setup, &running)?;
@@ -175,9 +176,10 @@ pub(crate) fn source<'a>(texts: impl IntoIterator<Item = (Parameter, &'a String)
             format!("{} = {}\n", parameter.key, toml::Value::from(text.as_str()))
         })
         .collect();
-    match lines.is_empty() {
-        true => lines,
-        false => format!("\n[source]\n{lines}"),
+    if lines.is_empty() {
+        lines
+    } else {
+        format!("\n[source]\n{lines}")
     }
 }
 

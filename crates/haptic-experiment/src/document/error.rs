@@ -157,9 +157,10 @@ impl Source<'_> {
     ) -> FileError {
         let reason = reason.to_string();
         FileError {
-            place: match self.path.as_os_str().is_empty() {
-                true => Place::Said(self.said_at(offset).to_owned()),
-                false => in_file(),
+            place: if self.path.as_os_str().is_empty() {
+                Place::Said(self.said_at(offset).to_owned())
+            } else {
+                in_file()
             },
             of_file: String::new(),
             // One line, whatever somebody wrote.

@@ -94,9 +94,10 @@ impl<'a> Found<'a> {
 
     fn wrong_kind(self, key: &str, wanted: &str) -> FileError {
         let kind = self.value.type_str();
-        let article = match kind.starts_with(['a', 'i']) {
-            true => "an",
-            false => "a",
+        let article = if kind.starts_with(['a', 'i']) {
+            "an"
+        } else {
+            "a"
         };
         let shown = match self.value {
             DeValue::String(text) => format!(" = \"{}\"", short(text)),
@@ -328,9 +329,10 @@ impl<'a> Table<'a> {
 
     /// An order, or its default; one without a default must be there.
     pub(crate) fn order(&self, parameter: &Parameter) -> Result<Order, FileError> {
-        let number = match parameter.default_number().is_nan() {
-            true => self.required(parameter),
-            false => self.number(parameter),
+        let number = if parameter.default_number().is_nan() {
+            self.required(parameter)
+        } else {
+            self.number(parameter)
         };
         Order::new(number?).map_err(|error| self.fail_at(parameter.key, error))
     }

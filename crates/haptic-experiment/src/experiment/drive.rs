@@ -83,9 +83,10 @@ pub(crate) fn drive(
 ) -> Result<Drive, FileError> {
     table.required_text(&CONTROLLER)?;
     let path = table.file(&CONTROLLER)?.unwrap_or_default();
-    let moved = match table.has(&DRIVE_DEVICE) {
-        true => device_model_by(table, DEVICE_FILES[1])?,
-        false => model,
+    let moved = if table.has(&DRIVE_DEVICE) {
+        device_model_by(table, DEVICE_FILES[1])?
+    } else {
+        model
     };
     let friction_n = moved.map_or(0.0, |model| model.values.friction_n);
     let given = table.number_if(&DRIVE_FORCE_LIMIT)?;

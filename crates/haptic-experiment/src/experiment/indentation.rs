@@ -394,9 +394,10 @@ impl Indentation {
 
     /// Force that the tissue opposes, N: on a device that a drive moves, the force that this takes.
     fn opposed_n(&self, sample: &KeptSample) -> f64 {
-        match self.holds_device() {
-            true => sample.force_n,
-            false => sample.reaction_n(),
+        if self.holds_device() {
+            sample.force_n
+        } else {
+            sample.reaction_n()
         }
     }
 
@@ -561,9 +562,10 @@ impl Indentation {
             RigDrive::Force(force) => push(force.0),
         };
         // Nothing of the rig is there beside the device that the drive moves.
-        let simulation = match self.holds_device() {
-            true => push(0.0),
-            false => simulation,
+        let simulation = if self.holds_device() {
+            push(0.0)
+        } else {
+            simulation
         };
         let safety = &self.safety;
         let bare = RemoteLaw {

@@ -350,9 +350,10 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
         // The loop of a device holds its handle from its first tick on.
         rest_s: if in_device { 0.0 } else { REST_SAMPLES * t },
         sections: sections(table, protocol)?,
-        back_s: match in_device || remote.is_none() && !table.has(&p::SENSED_RANGE) {
-            true => None,
-            false => Some(table.number(&PRESS_RAMP)?),
+        back_s: if in_device || remote.is_none() && !table.has(&p::SENSED_RANGE) {
+            None
+        } else {
+            Some(table.number(&PRESS_RAMP)?)
         },
     };
     let deepest_m = path.deepest_m();

@@ -373,9 +373,10 @@ pub(crate) fn fits(table: &Table<'_>, piece: &TissuePiece, depth_m: f64) -> Resu
 /// A piece whose force follows its depth by the memory alone.
 pub(crate) fn linear_piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     let piece = piece(table)?;
-    match piece.is_linear() {
-        true => Ok(piece),
-        false => Err(table.fail_at(p::LOADING.key, TissuePiece::NOT_LINEAR)),
+    if piece.is_linear() {
+        Ok(piece)
+    } else {
+        Err(table.fail_at(p::LOADING.key, TissuePiece::NOT_LINEAR))
     }
 }
 

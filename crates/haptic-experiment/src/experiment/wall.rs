@@ -239,9 +239,10 @@ impl WallExperiment {
             device: setup.sensed()?,
             samples: plan.samples(t)?,
             judge,
-            rest_m: match controller.integrates {
-                true => Some(0.0),
-                false => (spring > 0.0).then(|| plan.push_n / spring),
+            rest_m: if controller.integrates {
+                Some(0.0)
+            } else {
+                (spring > 0.0).then(|| plan.push_n / spring)
             },
         })
     }

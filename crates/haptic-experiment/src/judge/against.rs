@@ -292,9 +292,10 @@ fn start(columns: &Columns, load: RigDrive) -> Option<usize> {
 /// The last sample before these values leave the first of them, by more than their noise.
 fn leaves(values: &[f64]) -> Option<usize> {
     // The second differences of a few samples are the curve itself.
-    let sigma = match values.len() < FEW + 2 {
-        true => 0.0,
-        false => white_noise(values),
+    let sigma = if values.len() < FEW + 2 {
+        0.0
+    } else {
+        white_noise(values)
     };
     let off = |value: &f64| (value - values[0]).abs();
     // A signal that moves no further than its noise is held.

@@ -85,9 +85,10 @@ impl Beginning {
 
     fn moved(&self, rate: f64) -> f64 {
         // A beginning that is known moves nothing, however fast theory changes.
-        match self.within_s == 0.0 {
-            true => 0.0,
-            false => self.within_s * rate,
+        if self.within_s == 0.0 {
+            0.0
+        } else {
+            self.within_s * rate
         }
     }
 
@@ -101,12 +102,13 @@ impl Beginning {
     }
 
     fn reason(&self) -> String {
-        let known = match self.within_s.is_finite() {
-            true => format!(
+        let known = if self.within_s.is_finite() {
+            format!(
                 "the clocks of both devices tell within {} s when the drive began, which moves this by more than a tenth",
                 digits(self.within_s, 2)
-            ),
-            false => "the clocks of both devices do not tell when the drive began".to_owned(),
+            )
+        } else {
+            "the clocks of both devices do not tell when the drive began".to_owned()
         };
         format!("{known}: use lines with less delay, or a longer run")
     }

@@ -60,17 +60,19 @@ pub fn in_degrees(error: &ControlError) -> String {
 #[must_use]
 pub fn refused(error: ControlError) -> Failure {
     let text = in_degrees(&error);
-    match matches!(error, ControlError::NotFound { .. }) {
-        true => Failure::run(text),
-        false => Failure::bad_input(text),
+    if matches!(error, ControlError::NotFound { .. }) {
+        Failure::run(text)
+    } else {
+        Failure::bad_input(text)
     }
 }
 
 /// The value of a wish with its unit, an angle in degrees.
 fn with_unit(key: &str, value: f64) -> String {
-    match key == PHASE_MARGIN.0 {
-        true => format!("{}°", digits(value.to_degrees(), 4)),
-        false => written(key, value),
+    if key == PHASE_MARGIN.0 {
+        format!("{}°", digits(value.to_degrees(), 4))
+    } else {
+        written(key, value)
     }
 }
 

@@ -146,9 +146,10 @@ pub enum WallContact {
 impl WallContact {
     /// Of a law that only pushes, or pulls too.
     pub(crate) const fn of(one_sided: bool) -> Self {
-        match one_sided {
-            true => Self::OneSided,
-            false => Self::Linear,
+        if one_sided {
+            Self::OneSided
+        } else {
+            Self::Linear
         }
     }
 }
@@ -310,10 +311,7 @@ impl Preflight<'_> {
         };
         let contact = every_motion.then(|| sampled.slope_limit().proved);
         let proved = contact.filter(|proved| *proved > 0.0);
-        let without_energy = match self.guarded {
-            true => NO_ENERGY,
-            false => NOT_PROVED,
-        };
+        let without_energy = if self.guarded { NO_ENERGY } else { NOT_PROVED };
         let pushing_contact = match self.contact {
             WallContact::Linear => None,
             WallContact::OneSided => Some(without_energy),

@@ -165,9 +165,10 @@ impl Lines {
             | Value::Object(_) => {
                 let shown = text(key, value, unit(places, key));
                 // A text has no unit of ours.
-                let label = match value.is_string() && says_unit(key) {
-                    true => key.to_owned(),
-                    false => label(key),
+                let label = if value.is_string() && says_unit(key) {
+                    key.to_owned()
+                } else {
+                    label(key)
                 };
                 self.row(level, key, label, shown, reason);
             }
@@ -209,9 +210,10 @@ impl Lines {
         let is_shown =
             |value: &Value| !value.is_null() && !value.as_object().is_some_and(is_of_objects);
         keys.retain(|key| (objects.iter().filter_map(|object| object.get(*key))).any(is_shown));
-        let shown = match is_curve(&objects) {
-            true => evenly(objects.len()),
-            false => (0..objects.len()).collect(),
+        let shown = if is_curve(&objects) {
+            evenly(objects.len())
+        } else {
+            (0..objects.len()).collect()
         };
         // Beside a unit that the report says itself there are no others with a prefix.
         let places = [objects.first().copied().unwrap_or(object), object];

@@ -22,9 +22,10 @@ const LIMITERS: [Limiters; 8] = [
 
 /// Remedy for a limiter. A device has limits of its own, which a run can only tighten.
 fn remedy(limiter: Limiters, on_device: bool) -> String {
-    let here = match on_device {
-        true => ", here and on the device (`host-cli device set`)",
-        false => "",
+    let here = if on_device {
+        ", here and on the device (`host-cli device set`)"
+    } else {
+        ""
     };
     match limiter {
         Limiters::MAGNITUDE => {

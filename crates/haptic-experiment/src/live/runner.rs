@@ -144,9 +144,10 @@ impl Steers<f64, FadingFelt, 1> for Steering {
         looping.report(controller, sample, Around::UNKNOWN);
         // Nobody here has the hand of somebody.
         while looping.order().is_some() {}
-        match looping.is_done() {
-            true => Steered::Over,
-            false => Steered::On(looping.event(sample.reading.time_s)),
+        if looping.is_done() {
+            Steered::Over
+        } else {
+            Steered::On(looping.event(sample.reading.time_s))
         }
     }
 }

@@ -387,9 +387,12 @@ impl Ended {
             )
         });
         warnings.extend(ran.live_warnings);
-        let failure = early.as_ref().map(|words| match record.device_lost() {
-            true => Failure::device(words),
-            false => Failure::run(words),
+        let failure = early.as_ref().map(|words| {
+            if record.device_lost() {
+                Failure::device(words)
+            } else {
+                Failure::run(words)
+            }
         });
         let dropped = record.dropped;
         let lost = (dropped > 0).then(|| format!("{dropped} samples or events are not in the log"));
@@ -558,9 +561,10 @@ impl Session {
             let is_over = kept.is_over;
             if is_over || stops() {
                 drop(kept);
-                return Err(match is_over {
-                    true => self.over(),
-                    false => self.interrupted(),
+                return Err(if is_over {
+                    self.over()
+                } else {
+                    self.interrupted()
                 });
             }
             if let Some(gate) = self.gate.as_ref().filter(|_| kept.made >= until) {

@@ -104,9 +104,12 @@ pub(super) fn for_each_order<T: Send>(
     progress: &(dyn Fn(u64) + Sync),
     answer: impl Fn(Order) -> Result<T, Failure> + Sync,
 ) -> Result<Vec<T>, Failure> {
-    let goes_on = || match stop.load(Ordering::Relaxed) {
-        true => Err(Failure::interrupted()),
-        false => Ok(()),
+    let goes_on = || {
+        if stop.load(Ordering::Relaxed) {
+            Err(Failure::interrupted())
+        } else {
+            Ok(())
+        }
     };
     let answers = orders.par_iter().map(|&order| {
         goes_on()?;

@@ -160,10 +160,7 @@ impl LoopForm {
         }
         let model: PlantModel = text.parse().map_err(|error| {
             let (shown, error) = (short(text), in_degrees(&error));
-            Failure::bad_input(match text.starts_with("s^") && !text.contains('/') {
-                true => format!("plant \"{shown}\": an operator alone is no plant: give it to {LOOP_CONTROLLER}"),
-                false => format!("plant \"{shown}\": {error}; write a power as s^2, a number for any letter but s, or a file that ends in .toml or .csv"),
-            })
+            Failure::bad_input(if text.starts_with("s^") && !text.contains('/') { format!("plant \"{shown}\": an operator alone is no plant: give it to {LOOP_CONTROLLER}") } else { format!("plant \"{shown}\": {error}; write a power as s^2, a number for any letter but s, or a file that ends in .toml or .csv") })
         })?;
         Ok(NamedPlant {
             hint: loose_factor("plant", text),

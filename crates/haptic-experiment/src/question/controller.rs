@@ -67,13 +67,14 @@ impl CommandLimits {
             NUMBERS.contains(end).then_some(end).ok_or_else(outside)
         };
         let (low, high) = (end(low)?, end(high)?);
-        match low < high {
-            true => Ok(Self { low, high }),
-            false => Err(format!(
+        if low < high {
+            Ok(Self { low, high })
+        } else {
+            Err(format!(
                 "the low limit {} is not below the high limit {}",
                 digits(low, 4),
                 digits(high, 4)
-            )),
+            ))
         }
     }
 }

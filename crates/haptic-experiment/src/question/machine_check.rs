@@ -311,9 +311,10 @@ impl Machine {
             );
         }
         if self.virtual_machine {
-            let stolen = match stolen_ms >= STOLEN_NOTABLE_MS {
-                true => format!("; it did for {stolen_ms} ms in this measurement"),
-                false => String::new(),
+            let stolen = if stolen_ms >= STOLEN_NOTABLE_MS {
+                format!("; it did for {stolen_ms} ms in this measurement")
+            } else {
+                String::new()
             };
             say(format!(
                 "virtual machine: its host may stop it for milliseconds, whatever its settings{stolen}: measure and \

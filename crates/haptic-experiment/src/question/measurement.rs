@@ -126,9 +126,10 @@ impl OwnLimits {
         Self {
             force_n: set.force_n.into(),
             force_rate_n_per_s: set.force_rate_n_per_s.into(),
-            workspace_m: match low_m < high_m && axis == MeasuredAxis(0) {
-                true => [low_m, high_m],
-                false => Self::NONE.workspace_m,
+            workspace_m: if low_m < high_m && axis == MeasuredAxis(0) {
+                [low_m, high_m]
+            } else {
+                Self::NONE.workspace_m
             },
         }
     }

@@ -107,9 +107,10 @@ impl Begun {
             ));
         };
         let late = plant.delay_s();
-        let sum = match late > 0.0 {
-            true => (*function).into(),
-            false => text.parse().map_err(|error| refused(&error))?,
+        let sum = if late > 0.0 {
+            (*function).into()
+        } else {
+            text.parse().map_err(|error| refused(&error))?
         };
         Ok(Self {
             sum,
@@ -296,9 +297,10 @@ impl PlantQuestion {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn data(&self, columns: &[String; 3], bytes: &[u8]) -> Result<PlantData, String> {
-        let record = match self.response.is_empty() {
-            true => self.read(columns, bytes).map(PlantData::Record),
-            false => Err(String::new()),
+        let record = if self.response.is_empty() {
+            self.read(columns, bytes).map(PlantData::Record)
+        } else {
+            Err(String::new())
         };
         if record.is_ok() || self.names_signals || !has_frequencies(bytes) {
             return record;
@@ -457,9 +459,12 @@ impl PlantQuestion {
         stop: &AtomicBool,
         steps: Steps<'_>,
     ) -> Result<Vec<Found>, Failure> {
-        let going = || match stop.load(Ordering::Relaxed) {
-            true => Err(Failure::interrupted()),
-            false => Ok(()),
+        let going = || {
+            if stop.load(Ordering::Relaxed) {
+                Err(Failure::interrupted())
+            } else {
+                Ok(())
+            }
         };
         let (held, delay) = (self.held, self.delay);
         steps("first guesses", 1, 0);
@@ -482,10 +487,7 @@ impl PlantQuestion {
                 return refused(error);
             }
             let other = remedies();
-            Failure::run(match is_asked {
-                true => format!("no function that was asked for fits the record: leave {POLES} or {STABLE} out, or {other}"),
-                false => format!("no function fits the record: {other}"),
-            })
+            Failure::run(if is_asked { format!("no function that was asked for fits the record: leave {POLES} or {STABLE} out, or {other}") } else { format!("no function fits the record: {other}") })
         })
     }
 }

@@ -126,9 +126,10 @@ fn contact_point(text: &str) -> Result<ContactPoint, String> {
     }
     let length =
         parse_for_key(CONTACT_POINT.key, text).map_err(|error| format!("{error}, nor fit"))?;
-    match CONTACT_POINTS.contains(length) {
-        true => Ok(ContactPoint::At(length)),
-        false => Err(format!("{length} m is not from -1 m to 1 m, nor fit")),
+    if CONTACT_POINTS.contains(length) {
+        Ok(ContactPoint::At(length))
+    } else {
+        Err(format!("{length} m is not from -1 m to 1 m, nor fit"))
     }
 }
 

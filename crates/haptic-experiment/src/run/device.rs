@@ -326,9 +326,10 @@ fn open(
         };
         if !error.may_pass() || began.elapsed() + PAUSE > patience {
             let reason = format!("{name}: {error}");
-            return Err(match error.is_of_the_request() {
-                true => Failure::bad_input(reason),
-                false => Failure::device(reason),
+            return Err(if error.is_of_the_request() {
+                Failure::bad_input(reason)
+            } else {
+                Failure::device(reason)
             });
         }
         std::thread::sleep(PAUSE);
@@ -362,9 +363,12 @@ impl SerialName {
             self.find(options, warn)?
         } else {
             let link = SerialLink::connect(&self.path, options);
-            link.map_err(|error| match is_set(options.stop) {
-                true => interrupted(&self.path, &error),
-                false => at_port(&self.path, &error),
+            link.map_err(|error| {
+                if is_set(options.stop) {
+                    interrupted(&self.path, &error)
+                } else {
+                    at_port(&self.path, &error)
+                }
             })?
         };
         if let Some(latency_ms) = link.latency_ms().filter(|ms| *ms > 1) {
@@ -452,9 +456,10 @@ named! { LoopMode:
 #[must_use]
 pub fn at_port(path: &str, error: &SerialError) -> Failure {
     let text = error.to_string();
-    let error_at = match text.contains(path) {
-        true => text,
-        false => format!("{path}: {text}"),
+    let error_at = if text.contains(path) {
+        text
+    } else {
+        format!("{path}: {text}")
     };
     if let SerialError::Link(LinkError::Faulted(_) | LinkError::Impossible(_)) = error {
         return Failure::run(error_at);
@@ -465,9 +470,10 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
 /// A refusal by the device is bad input, unless only its position or a persistent fault causes it; any other error is as in [`at_port`].
 #[must_use]
 pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
-    match error.is_refusal() && !error.is_of_its_state() {
-        true => Failure::bad_input(error),
-        false => at_port(path, &error),
+    if error.is_refusal() && !error.is_of_its_state() {
+        Failure::bad_input(error)
+    } else {
+        at_port(path, &error)
     }
 }
 
@@ -494,10 +500,7 @@ pub fn trouble(link: &SerialLink) -> Option<String> {
     };
     // A fault that nobody has heard of yet is no fault of the status.
     let failed = link.status().fault == Fault::BoardFailed.code() || cause == TroubleCause::Gone;
-    Some(match failed {
-        true => feared(&words),
-        false => words,
-    })
+    Some(if failed { feared(&words) } else { words })
 }
 
 fn feared(words: &str) -> String {

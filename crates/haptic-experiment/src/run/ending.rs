@@ -218,10 +218,7 @@ impl LetGo {
             Self::AfterGap { zero_s, alone } => format!(
                 "the force was zero at {}; no sample tells of the time before{}",
                 at(zero_s),
-                match alone {
-                    true => "",
-                    false => ", in which a device without a watchdog keeps its last force",
-                }
+                if alone { "" } else { ", in which a device without a watchdog keeps its last force" }
             ),
             Self::PushedOn { until_s, fallen: true, .. } => {
                 format!("the device pushed on until {}, and then let go", at(until_s))
@@ -229,10 +226,7 @@ impl LetGo {
             Self::PushedOn { until_s, fallen: false, alone } => format!(
                 "the device still pushed at {}, and {}",
                 at(until_s),
-                match alone {
-                    true => "lets go by itself when its watchdog time is over",
-                    false => HELD,
-                }
+                if alone { "lets go by itself when its watchdog time is over" } else { HELD }
             ),
             Self::Unseen => "no sample tells how the force fell: the device lets it fall by itself, within its stop time".to_owned(),
             Self::NeverBegan => "before there was any force".to_owned(),
@@ -356,11 +350,10 @@ impl Lateness {
         } else {
             return None;
         };
-        Some(match is_most {
-            true => format!("; {most}: look for what kept this machine or the line busy"),
-            false => {
-                format!("; if this machine or the line was only busy, allow it more with {more}")
-            }
+        Some(if is_most {
+            format!("; {most}: look for what kept this machine or the line busy")
+        } else {
+            format!("; if this machine or the line was only busy, allow it more with {more}")
         })
     }
 }

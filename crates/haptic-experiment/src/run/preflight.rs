@@ -187,9 +187,10 @@ impl PreflightVerdict {
     /// that promises passivity looks after it.
     pub(crate) fn warning(&self, guarded: bool) -> Option<String> {
         if !self.stable {
-            let why = match guarded {
-                true => "only the guard keeps it stable",
-                false => "it runs anyway",
+            let why = if guarded {
+                "only the guard keeps it stable"
+            } else {
+                "it runs anyway"
             };
             return Some(format!(
                 "pre-flight: the loop is unstable by the analysis, {}; {why}",
@@ -204,9 +205,14 @@ impl PreflightVerdict {
                 Some(needed) => format!("a damping of {}", needed_damping(needed)),
                 None => "another coupler, no damping is enough,".to_owned(),
             };
-            let llewellyn = match coupler.llewellyn {
-                true => "it meets Llewellyn's criterion, but that assumes a device sampled by Tustin's rule".to_owned(),
-                false => format!("it does not meet Llewellyn's criterion, {}", coupler.needs()),
+            let llewellyn = if coupler.llewellyn {
+                "it meets Llewellyn's criterion, but that assumes a device sampled by Tustin's rule"
+                    .to_owned()
+            } else {
+                format!(
+                    "it does not meet Llewellyn's criterion, {}",
+                    coupler.needs()
+                )
             };
             return (!(self.passive && coupler.llewellyn)).then(|| format!(
                 "pre-flight: stable with this device, hand and object, {}; {llewellyn}: any others need {needed}, it has {:.4} N·s/m",
@@ -240,14 +246,12 @@ impl PreflightVerdict {
             });
             return format!("{word}, {numbers}{needed}");
         };
-        let stable = match self.stable {
-            true => "stable with this device, hand and object",
-            false => "unstable by the analysis",
+        let stable = if self.stable {
+            "stable with this device, hand and object"
+        } else {
+            "unstable by the analysis"
         };
-        let llewellyn = match coupler.llewellyn {
-            true => "met",
-            false => "not met",
-        };
+        let llewellyn = if coupler.llewellyn { "met" } else { "not met" };
         let passive = match (self.passive, coupler.sampled_damping_n_s_per_m) {
             (true, _) => "passive as sampled with any hand and object".to_owned(),
             (false, Some(needed)) => {
@@ -268,12 +272,13 @@ impl PreflightVerdict {
             None if self.stable => "any".to_owned(),
             None => "none".to_owned(),
         };
-        let lag = match self.current_lag_s > 0.0 {
-            true => format!(
+        let lag = if self.current_lag_s > 0.0 {
+            format!(
                 ", current lag {} ms",
                 three_digits(1e3 * self.current_lag_s)
-            ),
-            false => String::new(),
+            )
+        } else {
+            String::new()
         };
         let proved = self
             .pulling_contact_margin

@@ -142,9 +142,10 @@ struct After {
 impl Record {
     /// Empty, with room for the samples, if they are to be kept.
     pub(crate) fn with_room_for(samples: u64) -> Result<Self, Failure> {
-        let whole = match keeps_all(samples) {
-            true => Some(Vec::with_capacity(samples as usize)),
-            false => None,
+        let whole = if keeps_all(samples) {
+            Some(Vec::with_capacity(samples as usize))
+        } else {
+            None
         };
         Ok(Self {
             start: Start::default(),
@@ -208,12 +209,13 @@ impl Record {
         if let Some(lost) = self.lost() {
             return Some(lost.to_owned());
         }
-        Some(match self.stop_unheard {
-            true => format!(
+        Some(if self.stop_unheard {
+            format!(
                 "interrupted, but the device did not say that it stopped: {}",
                 ended.reason(None)
-            ),
-            false => ended.reason(self.lateness),
+            )
+        } else {
+            ended.reason(self.lateness)
         })
     }
 
@@ -302,9 +304,10 @@ impl Record {
     pub(crate) fn before(&self) -> Before<'_> {
         Before {
             samples: &self.approach,
-            ticks: match self.approach.is_empty() {
-                true => 0,
-                false => self.start.tick,
+            ticks: if self.approach.is_empty() {
+                0
+            } else {
+                self.start.tick
             },
         }
     }

@@ -31,9 +31,10 @@ impl TappedLaw {
     pub(crate) fn ticks(&self) -> u32 {
         let ([k, b], whole) = (self.wall, self.samples as f64);
         let swings_s = 40.0 * std::f64::consts::PI * (self.device.mass.0 / k).sqrt();
-        let relaxes_s = match self.order > 0.0 && b > 0.0 {
-            true => 8.0 * libm::pow(b / k, self.order.recip()),
-            false => 0.0,
+        let relaxes_s = if self.order > 0.0 && b > 0.0 {
+            8.0 * libm::pow(b / k, self.order.recip())
+        } else {
+            0.0
         };
         let ticks = f64::max(swings_s, relaxes_s) / self.device.sample_time.0;
         let times = (whole / ticks.max(100.0)).clamp(3.0, 39.0) as u32;

@@ -127,12 +127,13 @@ fn short(order: f64, length: usize, w: Complex<f64>) -> Complex<f64> {
 fn the_damping_that_a_fractional_solid_needs_is_that_of_the_theory() {
     let solid = |order: f64| {
         let viscosity = 800.0 * 0.05_f64.powf(order);
-        match order < 1.0 {
-            true => TissueFile::of(
+        if order < 1.0 {
+            TissueFile::of(
                 ModelKind::FractionalZener,
                 &[viscosity, order, 800.0, 0.0, 200.0],
-            ),
-            false => TissueFile::of(ModelKind::Zener, &[200.0, 800.0, viscosity]),
+            )
+        } else {
+            TissueFile::of(ModelKind::Zener, &[200.0, 800.0, viscosity])
         }
     };
     for (order, length, wanted) in [
@@ -363,9 +364,10 @@ const DEVICE: &str = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\ndelay_s = 1e-3\n
 fn bisected(mut low: f64, mut high: f64, is_so: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        match is_so(middle) {
-            true => low = middle,
-            false => high = middle,
+        if is_so(middle) {
+            low = middle;
+        } else {
+            high = middle;
         }
     }
     low

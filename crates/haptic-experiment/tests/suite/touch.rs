@@ -136,9 +136,10 @@ fn retracted(time_s: &[f64], depth_m: &[f64], order: f64, out_from: usize) -> f6
             let lost = from(early) + taken < 0.0;
             for _ in 0..40 {
                 let middle = 0.5 * (early + late);
-                match from(middle) + taken > 0.0 {
-                    true => early = middle,
-                    false => late = middle,
+                if from(middle) + taken > 0.0 {
+                    early = middle;
+                } else {
+                    late = middle;
                 }
             }
             let ting = if lost {

@@ -134,9 +134,10 @@ impl Line {
             other => panic!("{other} is no anchor"),
         };
         let ((x, y), end) = (self.place, start + self.width);
-        let edges = match self.upright {
-            true => [x - self.above, y - end, x + self.below, y - start],
-            false => [x + start, y - self.above, x + end, y + self.below],
+        let edges = if self.upright {
+            [x - self.above, y - end, x + self.below, y - start]
+        } else {
+            [x + start, y - self.above, x + end, y + self.below]
         };
         (self.content, edges)
     }

@@ -49,9 +49,10 @@ fn tick(svg: &str, label: &str, is_horizontal: bool) -> f64 {
         panic!("{} ticks `{label}`", found.len());
     };
     let text = &format!(" {text}");
-    match is_horizontal {
-        true => attribute(text, "x"),
-        false => attribute(text, "y") - 0.5 * DIGIT_HEIGHT * attribute(text, "font-size"),
+    if is_horizontal {
+        attribute(text, "x")
+    } else {
+        attribute(text, "y") - 0.5 * DIGIT_HEIGHT * attribute(text, "font-size")
     }
 }
 

@@ -124,10 +124,12 @@ impl NewFile {
         let part = with_suffix(target, &leftover.suffix());
         // Appended to, so that what somebody else cuts from it shows in its length. A link under that name is not followed.
         let opened = OpenOptions::new().append(true).create_new(true).open(&part);
-        let file = opened.map_err(|source| match is_taken(&source) {
-            true => leftover_at(&part),
-            // The name that the user knows.
-            false => NewFileError::io(target, source),
+        let file = opened.map_err(|source| {
+            if is_taken(&source) {
+                leftover_at(&part)
+            } else {
+                NewFileError::io(target, source)
+            }
         })?;
         if leftover == Leftover::Keep {
             // Ends with the process however that dies. A file system without locks shows leftovers by their names
@@ -194,9 +196,12 @@ impl NewFile {
         } else {
             rename_to_free_name(&self.part, &self.target)
         };
-        moved.map_err(|source| match is_taken(&source) {
-            true => NewFileError::Exists(self.target.clone()),
-            false => NewFileError::io(&self.target, source),
+        moved.map_err(|source| {
+            if is_taken(&source) {
+                NewFileError::Exists(self.target.clone())
+            } else {
+                NewFileError::io(&self.target, source)
+            }
         })?;
         self.published = true;
         if self.leftover == Leftover::Keep {

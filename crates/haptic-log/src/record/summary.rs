@@ -172,9 +172,10 @@ impl TickCount {
     /// Takes in what metadata say of the ticks.
     pub(crate) fn note(&mut self, record: &MetadataRecord) {
         if let Some(end) = RunEnd::of(record) {
-            let of = match record.name == DRIVE_END {
-                true => self.drive.get_or_insert_default(),
-                false => self,
+            let of = if record.name == DRIVE_END {
+                self.drive.get_or_insert_default()
+            } else {
+                self
             };
             of.end = Some(end);
         } else if record.name == CONTINUES {

@@ -36,9 +36,12 @@ impl Topic {
                 .any(|rest| rest.is_empty() || rest.starts_with('.'))
         };
         let asks = names.iter().any(|name| name.starts_with('/'));
-        let is_wanted = |(topic, rows): &(&String, &Rows)| match asks {
-            true => is_named(topic),
-            false => !rows.columns.is_empty(),
+        let is_wanted = |(topic, rows): &(&String, &Rows)| {
+            if asks {
+                is_named(topic)
+            } else {
+                !rows.columns.is_empty()
+            }
         };
         let mut wanted: Vec<&String> = rows
             .iter()

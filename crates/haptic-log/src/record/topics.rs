@@ -62,9 +62,10 @@ impl Decoder {
             Self::Ros(layout, names) => {
                 let rest = layout.read_padded(bytes, |slot, places, item| {
                     let Item::Number(number) = item else { return };
-                    match places.iter().all(|&place| place < ELEMENTS_MOST) {
-                        true => numbers.push((numbered(&names[slot], places), number.to_f64())),
-                        false => is_long = true,
+                    if places.iter().all(|&place| place < ELEMENTS_MOST) {
+                        numbers.push((numbered(&names[slot], places), number.to_f64()));
+                    } else {
+                        is_long = true;
                     }
                 });
                 let rest = rest.map_err(|error| error.to_string())?;

@@ -167,9 +167,10 @@ fn rolled(first: &Path, ticks: u64, overwrite: bool, dies: bool) {
     let mut log = RollingLog::create(first, parameters(), overwrite).expect("creates");
     log.roll_at(ROLL_LEAST);
     (0..ticks).for_each(|n| log.tick(&tick(n)).expect("writes"));
-    match dies {
-        true => drop(log),
-        false => drop(log.finish().expect("finishes")),
+    if dies {
+        drop(log);
+    } else {
+        drop(log.finish().expect("finishes"));
     }
 }
 

@@ -121,9 +121,10 @@ impl FacingConfig {
         let mut generator = SMatrix::<f64, STATES, STATES>::zeros();
         let mut scale = SVector::<f64, STATES>::repeat(1.0);
         // F = k·p + c·p'
-        let (k, c) = match touching {
-            true => (self.contact.stiffness.0, self.contact.damping.0),
-            false => (0.0, 0.0),
+        let (k, c) = if touching {
+            (self.contact.stiffness.0, self.contact.damping.0)
+        } else {
+            (0.0, 0.0)
         };
         let rate = self.rate().max(1.0 / duration.0);
         for (side, device) in self.devices.iter().enumerate() {
@@ -305,9 +306,10 @@ impl FacingDevices {
         let contact = &self.config.contact;
         let penetration = state[X[1]] - state[X[0]] - contact.gap.0;
         let rate = state[V[1]] - state[V[0]];
-        match penetration > 0.0 {
-            true => (contact.stiffness.0 * penetration + contact.damping.0 * rate).max(0.0),
-            false => 0.0,
+        if penetration > 0.0 {
+            (contact.stiffness.0 * penetration + contact.damping.0 * rate).max(0.0)
+        } else {
+            0.0
         }
     }
 

@@ -72,9 +72,10 @@ impl ForceSensor {
 
     /// It is read at another sample time from now on.
     pub fn read_every(&mut self, sample_time: Seconds) {
-        self.share = match self.config.lag.0 > 0.0 {
-            true => -libm::expm1(-sample_time.0 / self.config.lag.0),
-            false => 1.0,
+        self.share = if self.config.lag.0 > 0.0 {
+            -libm::expm1(-sample_time.0 / self.config.lag.0)
+        } else {
+            1.0
         };
     }
 

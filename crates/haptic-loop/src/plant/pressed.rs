@@ -264,9 +264,10 @@ impl PressedDevice {
             let stress = self.part.past() + self.part.gain * strain;
             self.part.advance(strain);
             self.effective = effective;
-            self.force_n = match middle > 0.0 {
-                true => (self.specimen.shape_m * stress).max(0.0),
-                false => 0.0,
+            self.force_n = if middle > 0.0 {
+                (self.specimen.shape_m * stress).max(0.0)
+            } else {
+                0.0
             };
             self.device.set_external_force([0.0 - self.force_n].into());
             self.device.advance([force_n].into());

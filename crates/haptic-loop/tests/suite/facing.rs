@@ -120,9 +120,10 @@ fn a_contact_creates_no_energy_and_without_a_damper_loses_none() {
             (last, pressed) = (now, touches);
         }
         assert!(hits > 10, "{damping}: {hits}");
-        match damping + friction > 0.0 {
-            true => assert!(last < 0.9 * first, "{damping} {friction}: {last} {first}"),
-            false => assert_close("energy", last, first, 2e-3 * first),
+        if damping + friction > 0.0 {
+            assert!(last < 0.9 * first, "{damping} {friction}: {last} {first}");
+        } else {
+            assert_close("energy", last, first, 2e-3 * first);
         }
     }
 }

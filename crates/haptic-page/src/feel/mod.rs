@@ -257,9 +257,10 @@ impl Feel {
     }
 
     pub(crate) fn compare_answer(&self, stiffer: u8) -> Result<(), Failure> {
-        match self.with_comparison(|comparison| comparison.answer(stiffer))? {
-            true => self.end_compare(),
-            false => Ok(()),
+        if self.with_comparison(|comparison| comparison.answer(stiffer))? {
+            self.end_compare()
+        } else {
+            Ok(())
         }
     }
 

@@ -66,12 +66,13 @@ fn check_regular(key: &str, path: &Path) -> Result<(), Failure> {
 }
 
 pub(super) fn simulated(is_simulated: bool) -> Result<(), Failure> {
-    match is_simulated {
-        true => Ok(()),
-        false => Err(Failure::bad_input(
+    if is_simulated {
+        Ok(())
+    } else {
+        Err(Failure::bad_input(
             "the page runs experiments on the simulated device: for a serial one use the command line, as in \
-             `run FILE.toml`; its log is shown here",
-        )),
+         `run FILE.toml`; its log is shown here",
+        ))
     }
 }
 

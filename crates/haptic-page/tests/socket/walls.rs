@@ -100,9 +100,10 @@ fn verdicts_agree(cases: u32) {
         }
         let felt = page.ask("feel.start", file)["feel"].take();
         let verdict = &felt["verdict"];
-        let nearest = match edge(&known[1]) < edge(&known[0]) {
-            true => known[1],
-            false => known[0],
+        let nearest = if edge(&known[1]) < edge(&known[0]) {
+            known[1]
+        } else {
+            known[0]
         };
         has(verdict, json!({"stable": true, "passive": nearest.passive}));
         let margin = verdict["margin"].as_f64().unwrap_or(f64::INFINITY);

@@ -143,9 +143,10 @@ impl SerialError {
 
 /// The remedy for an answer in words; a device that only waits says so itself.
 fn remedy(answer: &str) -> &'static str {
-    match answer.starts_with(WAITING) {
-        true => "",
-        false => ": close the other program, or correct the address",
+    if answer.starts_with(WAITING) {
+        ""
+    } else {
+        ": close the other program, or correct the address"
     }
 }
 

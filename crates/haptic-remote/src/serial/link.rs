@@ -218,9 +218,10 @@ impl SerialLink {
     /// The device, as on the command line.
     #[must_use]
     pub fn name(&self) -> String {
-        match self.served.is_some() || tcp_address(&self.path).is_some() {
-            true => self.path.clone(),
-            false => std::format!("serial:{}", self.path),
+        if self.served.is_some() || tcp_address(&self.path).is_some() {
+            self.path.clone()
+        } else {
+            std::format!("serial:{}", self.path)
         }
     }
 

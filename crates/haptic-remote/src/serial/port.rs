@@ -73,9 +73,10 @@ pub fn ports() -> Vec<PortInfo> {
                 serial_number = device.serial_number;
                 let names = [device.manufacturer.as_deref(), device.product.as_deref()];
                 let names: Vec<&str> = names.into_iter().flatten().collect();
-                match names.is_empty() {
-                    true => "USB".to_string(),
-                    false => names.join(" "),
+                if names.is_empty() {
+                    "USB".to_string()
+                } else {
+                    names.join(" ")
                 }
             }
             SerialPortType::PciPort => "PCI".to_string(),
@@ -177,9 +178,10 @@ fn open_socket(path: &str, baud: u32) -> Result<Socket<UnixStream>, SerialError>
         if error.kind() == ErrorKind::PermissionDenied {
             return SerialError::Forbidden { path };
         }
-        let reason = match error.kind() == ErrorKind::ConnectionRefused {
-            true => "nobody listens at this socket: start its emulator anew".to_string(),
-            false => error.to_string(),
+        let reason = if error.kind() == ErrorKind::ConnectionRefused {
+            "nobody listens at this socket: start its emulator anew".to_string()
+        } else {
+            error.to_string()
         };
         SerialError::Open { path, baud, reason }
     })

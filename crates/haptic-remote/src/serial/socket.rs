@@ -41,9 +41,10 @@ where
 
 /// A time that has passed is the same on every line and every system.
 fn timed_out(error: io::Error) -> io::Error {
-    match error.kind() == ErrorKind::WouldBlock {
-        true => ErrorKind::TimedOut.into(),
-        false => error,
+    if error.kind() == ErrorKind::WouldBlock {
+        ErrorKind::TimedOut.into()
+    } else {
+        error
     }
 }
 

@@ -61,9 +61,12 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     pub fn look(&mut self) {
         let looked = self.hardware_mut().read();
         let closed = matches!(self.state, State::Running | State::Stopping);
-        let looked = looked.and_then(|reading| match closed {
-            true => self.engaged.controller().strays(&reading.position_m),
-            false => Ok(()),
+        let looked = looked.and_then(|reading| {
+            if closed {
+                self.engaged.controller().strays(&reading.position_m)
+            } else {
+                Ok(())
+            }
         });
         if let Err(fault) = looked {
             self.give_way(fault);

@@ -105,9 +105,10 @@ fn same_bits<C: Controller<f32>>(
     for sample in bench.samples().filter(|sample| sample.tick < ticks) {
         let axis = &sample.axes[0];
         assert_eq!(sample.tick, next);
-        let r = match sample.tick < RAMP_TICKS {
-            true => REFERENCE_M * (sample.tick as f32 / RAMP_TICKS as f32),
-            false => REFERENCE_M,
+        let r = if sample.tick < RAMP_TICKS {
+            REFERENCE_M * (sample.tick as f32 / RAMP_TICKS as f32)
+        } else {
+            REFERENCE_M
         };
         let want = host.output(&history, r, axis.position_m);
         let have = axis.environment_force_n;

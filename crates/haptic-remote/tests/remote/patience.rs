@@ -65,9 +65,10 @@ fn a_device_that_answers_in_time_is_never_given_up_and_a_silent_one_is() {
         let (mut patience, mut now, mut listened) = (Patience::new(ms(most)), 0, 0);
         while !patience.is_over() {
             let asked = 1 + random.bits() % 50;
-            let late = match random.chance(held_up) {
-                true => random.log_between(1.0, 20_000.0) as u64,
-                false => 0,
+            let late = if random.chance(held_up) {
+                random.log_between(1.0, 20_000.0) as u64
+            } else {
+                0
             };
             let next = signs.get(heard).copied().unwrap_or(u64::MAX);
             let took = next.clamp(now, now + asked) - now + late;

@@ -57,9 +57,10 @@ fn kept(connect: &dyn Fn() -> Result<SerialLink, Failure>) -> SelfTestReport {
     let promised = Promise::ALL.map(|promise| {
         // Friction lets one of them creep. It gets far enough to be judged only where a busy machine gives it more ticks.
         let creeps = promise == Promise::Direction && report.board != "moteus";
-        let is_judged = match creeps {
-            true => !unknown,
-            false => promise != Promise::EmergencyStop,
+        let is_judged = if creeps {
+            !unknown
+        } else {
+            promise != Promise::EmergencyStop
         };
         (promise, is_judged.then_some(true))
     });

@@ -71,9 +71,10 @@ impl Troubled {
 
 impl Read for Troubled {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        match self.gone {
-            true => Err(io::ErrorKind::BrokenPipe.into()),
-            false => self.line.read(into),
+        if self.gone {
+            Err(io::ErrorKind::BrokenPipe.into())
+        } else {
+            self.line.read(into)
         }
     }
 }

@@ -67,9 +67,10 @@ pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
 fn missed(fit: &Fit, is_absolute: bool) -> Option<String> {
     let number = fit.predicted.len() as f64;
     let squares: f64 = fit.predicted.iter().map(|value| value * value).sum();
-    let missed = match is_absolute {
-        true => fit.rms / (squares / number).sqrt(),
-        false => fit.rms,
+    let missed = if is_absolute {
+        fit.rms / (squares / number).sqrt()
+    } else {
+        fit.rms
     };
     (missed > MISSED && fit.independent < 0.5 * number).then(|| {
         format!(

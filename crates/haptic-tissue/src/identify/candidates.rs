@@ -48,9 +48,12 @@ impl Identification {
     #[must_use]
     pub fn residuals(&self, fit: &Fit) -> Vec<f64> {
         let both = fit.predicted.iter().zip(&self.measured);
-        both.map(|(model, measured)| match self.is_absolute {
-            true => model - measured,
-            false => relative(libm::log(model / measured)),
+        both.map(|(model, measured)| {
+            if self.is_absolute {
+                model - measured
+            } else {
+                relative(libm::log(model / measured))
+            }
         })
         .collect()
     }
@@ -398,9 +401,10 @@ pub(super) fn noisy<'r, 's>(
     first: impl FnOnce(&'r Record) -> Option<(Fit, Target<'s>)>,
 ) -> Record {
     let is_known = record.motions.iter().any(|motion| motion.noise.is_some());
-    let first = match record.motions.len() < 2 || is_known {
-        true => None,
-        false => first(record),
+    let first = if record.motions.len() < 2 || is_known {
+        None
+    } else {
+        first(record)
     };
     let mut record = record.clone();
     let Some((fit, target)) = first else {

@@ -195,9 +195,10 @@ pub(super) fn missed(
             options,
             stop,
         };
-        let place = match is_free {
-            true => search.lowest(candidate, [0.0, 0.1 * search.range()[1]]),
-            false => search.place(candidate, 0.0, None),
+        let place = if is_free {
+            search.lowest(candidate, [0.0, 0.1 * search.range()[1]])
+        } else {
+            search.place(candidate, 0.0, None)
         };
         let mut place = place.ok()?;
         place.bic += f64::from(u8::from(is_free)) * libm::log(touch.time_s.len() as f64);

@@ -34,9 +34,10 @@ impl Candidate {
         for (variable, range) in ranges.iter_mut().enumerate() {
             if is_order(variable) {
                 let order = classical(variable / 2);
-                *range = match candidate.is_fractional() {
-                    true => (0.0, 1.0),
-                    false => (order, order),
+                *range = if candidate.is_fractional() {
+                    (0.0, 1.0)
+                } else {
+                    (order, order)
                 };
             }
         }
@@ -122,9 +123,10 @@ impl Candidate {
 
     /// The variable of a parameter. A file names the spring before the dashpot, of which the order is larger.
     pub(super) const fn variable(self, parameter: usize) -> usize {
-        match self.is_fractional() {
-            true => parameter,
-            false => 2 * (self.kind.parameters().len() - 1 - parameter),
+        if self.is_fractional() {
+            parameter
+        } else {
+            2 * (self.kind.parameters().len() - 1 - parameter)
         }
     }
 
@@ -159,8 +161,9 @@ impl Candidate {
 
 /// A parameter of its logarithm, or an order of itself.
 pub(super) fn number(variable: usize, value: f64) -> f64 {
-    match is_order(variable) {
-        true => value,
-        false => libm::exp(value),
+    if is_order(variable) {
+        value
+    } else {
+        libm::exp(value)
     }
 }

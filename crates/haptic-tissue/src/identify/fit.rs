@@ -91,9 +91,10 @@ impl Fit {
     fn of_memory(&self) -> &[Estimate] {
         let all = self.parameters.len();
         // A series has as many as it has branches; no stiffening is looked for beside them.
-        let count = match self.kind == ModelKind::Prony {
-            true => all,
-            false => self.kind.parameters().len().min(all),
+        let count = if self.kind == ModelKind::Prony {
+            all
+        } else {
+            self.kind.parameters().len().min(all)
         };
         &self.parameters[..count]
     }
@@ -313,9 +314,12 @@ fn covariance(
     let outer = DMatrix::from_fn(count, spread.nrows(), |p, v| shares[p][v]);
     let moved = &outer * (spread * variance) * outer.transpose();
     let is_free = |parameter: usize| free.contains(&candidate.variable(parameter));
-    DMatrix::from_fn(count, count, |p, q| match is_free(p) && is_free(q) {
-        true => moved[(p, q)],
-        false => f64::NAN,
+    DMatrix::from_fn(count, count, |p, q| {
+        if is_free(p) && is_free(q) {
+            moved[(p, q)]
+        } else {
+            f64::NAN
+        }
     })
 }
 

@@ -473,9 +473,10 @@ impl Level {
         let (mut left, mut right) = (best - step, best + step);
         for _ in 0..40 {
             let inner = 0.381_966_011_250_105 * (right - left);
-            match mean(left + inner) <= mean(right - inner) {
-                true => right -= inner,
-                false => left += inner,
+            if mean(left + inner) <= mean(right - inner) {
+                right -= inner;
+            } else {
+                left += inner;
             }
         }
         let shift = 0.5 * (left + right);

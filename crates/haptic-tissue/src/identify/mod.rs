@@ -105,8 +105,9 @@ pub fn identify_unless(
             found
         })
     };
-    match stop.load(Ordering::Relaxed) {
-        true => Err(IdentifyError::Stopped),
-        false => found,
+    if stop.load(Ordering::Relaxed) {
+        Err(IdentifyError::Stopped)
+    } else {
+        found
     }
 }

@@ -77,9 +77,10 @@ pub(super) fn of_motions(residuals: &[&[f64]], stresses: &[&[f64]], parameters: 
     let bartlett = apart.sum::<f64>() / (1.0 + inverse / (3.0 * freedom));
     let part = 2.0 / (9.0 * freedom);
     let limit = freedom * libm::pow(1.0 - part + SURE * libm::sqrt(part), 3.0);
-    match bartlett > limit {
-        true => squares.iter().map(|square| libm::sqrt(*square)).collect(),
-        false => vec![libm::sqrt(pooled)],
+    if bartlett > limit {
+        squares.iter().map(|square| libm::sqrt(*square)).collect()
+    } else {
+        vec![libm::sqrt(pooled)]
     }
 }
 

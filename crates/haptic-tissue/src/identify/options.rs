@@ -122,14 +122,15 @@ pub(super) fn candidates(
         match candidate {
             Some(candidate) => candidates.push(candidate.with_nuisance(nuisance)),
             None if options.chosen == Some(model) => {
-                return wrong(match shows(model, kind) {
-                    true => format!(
+                return wrong(if shows(model, kind) {
+                    format!(
                         "{model} lacks a parameter that is held: hold others, or give another model"
-                    ),
-                    false => format!(
+                    )
+                } else {
+                    format!(
                         "a record of kind {} cannot show a {model}, whose response is zero or without end: give another model",
                         kind.name()
-                    ),
+                    )
                 });
             }
             None => {}
@@ -201,9 +202,10 @@ pub(super) fn target_of<'a>(
     let target = Target::new(record, options.weighting, stop);
     let mut parameters = of_elements();
     let is_held = |name: &str| options.held.iter().any(|held| held.name == name);
-    match parameters.any(|one| one.range != ParameterRange::Order && is_held(one.name)) {
-        true => target.in_seconds(),
-        false => target,
+    if parameters.any(|one| one.range != ParameterRange::Order && is_held(one.name)) {
+        target.in_seconds()
+    } else {
+        target
     }
 }
 
@@ -244,9 +246,10 @@ impl HeldParameter {
                 ));
             }
         };
-        let shown = match low.to_bits() == high.to_bits() {
-            true => Shown(*low).to_string(),
-            false => format!("{}..{}", Shown(*low), Shown(*high)),
+        let shown = if low.to_bits() == high.to_bits() {
+            Shown(*low).to_string()
+        } else {
+            format!("{}..{}", Shown(*low), Shown(*high))
         };
         if !contains {
             return wrong(format!(

@@ -756,9 +756,10 @@ impl Record {
     ) -> Result<Self, IdentifyError> {
         let oscillation = kind == RecordKind::Oscillation;
         lengths(&x, &first, oscillation.then_some(&second))?;
-        let (what, unit) = match oscillation {
-            true => ("angular frequency", "rad/s"),
-            false => ("time", "s"),
+        let (what, unit) = if oscillation {
+            ("angular frequency", "rad/s")
+        } else {
+            ("time", "s")
         };
         let (one, other, of) = match kind {
             RecordKind::Creep => ("compliance", "", "1/Pa"),
@@ -956,14 +957,15 @@ fn distinct(time_s: Vec<f64>) -> (Vec<f64>, Option<String>) {
     let Some(equal) = equal.filter(|_| pairs.all(|pair| pair[1] >= pair[0])) else {
         return (time_s, None);
     };
-    let why = match time_s.first() >= time_s.last() {
-        true => "the samples have no times".to_owned(),
-        false => format!(
+    let why = if time_s.first() >= time_s.last() {
+        "the samples have no times".to_owned()
+    } else {
+        format!(
             "samples {} and {} have the same time, {} s",
             equal + 1,
             equal + 2,
             Shown(time_s[equal])
-        ),
+        )
     };
     let numbers = (0..time_s.len()).map(|n| n as f64);
     (numbers.collect(), Some(why))

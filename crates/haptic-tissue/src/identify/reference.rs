@@ -95,9 +95,10 @@ impl<'a> Reference<'a> {
         let wanted = |n: usize| plain.wanted(n);
         let all = 0..plain.len();
         // The values about which logarithms are straight; 1 where differences are compared.
-        let mut about: Vec<f64> = match is_logarithmic {
-            true => all.clone().map(|n| libm::exp(wanted(n))).collect(),
-            false => vec![1.0; plain.len()],
+        let mut about: Vec<f64> = if is_logarithmic {
+            all.clone().map(|n| libm::exp(wanted(n))).collect()
+        } else {
+            vec![1.0; plain.len()]
         };
         let missed = closest.map(|(closest, best)| {
             let missed = whitened::residuals(closest, &plain, &best.elements);
@@ -117,9 +118,12 @@ impl<'a> Reference<'a> {
                 .iter()
                 .map(|(_, column)| unit(straight(column)))
                 .unzip();
-            let reach = all.clone().map(|n| match is_logarithmic {
-                true => 1.0 - libm::log(about[n]) + wanted(n),
-                false => wanted(n),
+            let reach = all.clone().map(|n| {
+                if is_logarithmic {
+                    1.0 - libm::log(about[n]) + wanted(n)
+                } else {
+                    wanted(n)
+                }
             });
             let reach = filtered.through(&reach.collect::<Vec<f64>>());
             let shares = nearly_least_squares(scaled.clone(), reach.clone(), ALIKE);
@@ -132,9 +136,12 @@ impl<'a> Reference<'a> {
             if plain.stops() || is_logarithmic && model.iter().any(|value| *value <= 0.0) {
                 return None;
             }
-            let left = all.clone().map(|n| match is_logarithmic {
-                true => libm::log(model[n]) - wanted(n),
-                false => model[n] - wanted(n),
+            let left = all.clone().map(|n| {
+                if is_logarithmic {
+                    libm::log(model[n]) - wanted(n)
+                } else {
+                    model[n] - wanted(n)
+                }
             });
             let left = plain.through(&left.collect::<Vec<f64>>());
             let is_active = |n: &usize| shares[*n] > 0.0;
@@ -323,9 +330,10 @@ fn noise_of(plain: &Target<'_>, left: &[f64]) -> Autoregression {
     let is_small = square(left) < NOISE * NOISE * left.len() as f64;
     // A spectrum takes what is slow out of white noise: a filter that passes more of a constant than of white noise is its doing.
     let constant = noise.whitened(&[1.0; HIGHEST_ORDER + 1])[HIGHEST_ORDER];
-    match is_small && new > NEW * NEW * square(left) && constant < 1.0 {
-        true => noise,
-        false => Autoregression::default(),
+    if is_small && new > NEW * NEW * square(left) && constant < 1.0 {
+        noise
+    } else {
+        Autoregression::default()
     }
 }
 

@@ -75,9 +75,10 @@ pub(super) fn without_rendering<'a>(
     let mut wanted = vec![0.0; target.len()];
     target.residuals(candidate, &best.elements, |n, _, slope| {
         let model = slope.value + target.wanted(n);
-        let rendered = match record.is_absolute() {
-            true => strains[chosen[n]] / target.scale,
-            false => libm::log(strains[chosen[n]]),
+        let rendered = if record.is_absolute() {
+            strains[chosen[n]] / target.scale
+        } else {
+            libm::log(strains[chosen[n]])
         };
         wanted[n] = target.wanted(n) + model - rendered;
     });

@@ -114,9 +114,12 @@ fn spreads(specimens: &[Identification]) -> Vec<Spread> {
         let t = student(count - 1.0);
         let mut mean = Estimate::of_line(first.name, first.unit, mean, error, t);
         // Relative to a modulus, which is above 0.
-        let ends = [-t, t].map(|t| match first.is_order() {
-            true => (mean.value + t * error).clamp(0.0, 1.0),
-            false => mean.value * libm::exp(t * error / mean.value),
+        let ends = [-t, t].map(|t| {
+            if first.is_order() {
+                (mean.value + t * error).clamp(0.0, 1.0)
+            } else {
+                mean.value * libm::exp(t * error / mean.value)
+            }
         });
         [mean.low_95, mean.high_95] = ends.map(|end| Some(end).filter(|end| end.is_finite()));
         Spread {

@@ -96,14 +96,15 @@ pub(super) fn polished<'a>(
         let along =
             |from: &[f64]| minimise(&Compared(candidate, target), &ranges, from, &all, &[], FINE);
         let valley = along(start);
-        let best = match valley.converged {
-            true => Some(valley),
-            false => limit(candidate, target, &ranges, &valley, &all).or_else(|| {
+        let best = if valley.converged {
+            Some(valley)
+        } else {
+            limit(candidate, target, &ranges, &valley, &all).or_else(|| {
                 // A valley that falls no further in as many steps again counts as level.
                 let further = along(&valley.values);
                 let is_level = valley.sum <= further.sum * (1.0 + COST_OF_END);
                 (further.converged || is_level).then_some(further)
-            }),
+            })
         };
         best.filter(|best| is_in_order(best, candidate))
     });
@@ -140,9 +141,10 @@ fn limit(
     });
     let near = limits.filter(|(limit, _)| limit.sum <= valley.sum * (1.0 + COST_OF_END));
     let (limit, rest) = near.min_by(|a, b| a.0.sum.total_cmp(&b.0.sum))?;
-    match limit.converged {
-        true => Some(limit),
-        false => self::limit(candidate, target, ranges, &limit, &rest),
+    if limit.converged {
+        Some(limit)
+    } else {
+        self::limit(candidate, target, ranges, &limit, &rest)
     }
 }
 
@@ -228,12 +230,13 @@ const BEYOND: f64 = 14.0;
 pub(super) fn ranges(candidate: Candidate, target: &Target) -> Vec<(f64, f64)> {
     let width = BEYOND + 0.5 * target.span + target.shift.abs();
     (0..candidate.variables())
-        .map(
-            |variable| match is_order(variable) || candidate.is_held(variable) {
-                true => candidate.range(variable),
-                false => (target.middle - width, target.middle + width),
-            },
-        )
+        .map(|variable| {
+            if is_order(variable) || candidate.is_held(variable) {
+                candidate.range(variable)
+            } else {
+                (target.middle - width, target.middle + width)
+            }
+        })
         .collect()
 }
 

@@ -169,9 +169,10 @@ pub(super) fn stiffened(
         (point.fit.rms, bic)
     });
     found.warnings.extend(warning(record, best, linear));
-    match stop.load(Ordering::Relaxed) {
-        true => Err(IdentifyError::Stopped),
-        false => Ok(found),
+    if stop.load(Ordering::Relaxed) {
+        Err(IdentifyError::Stopped)
+    } else {
+        Ok(found)
     }
 }
 
@@ -198,13 +199,12 @@ fn warning(record: &Record, best: &Fit, linear: Option<(f64, f64)>) -> Option<St
         Some((linear_rms, linear_bic)) => {
             let [linear_pa, rms_pa] = [linear_rms, best.rms].map(|rms| Shown(digits(rms)));
             let left = format!("rms residual {linear_pa} Pa against {rms_pa} Pa");
-            match linear_bic <= best.bic + AS_GOOD {
-                true => {
-                    format!("tissue that does not stiffen is as good ({left}), b is {interval}")
-                }
-                false => format!(
+            if linear_bic <= best.bic + AS_GOOD {
+                format!("tissue that does not stiffen is as good ({left}), b is {interval}")
+            } else {
+                format!(
                     "tissue that does not stiffen fits worse ({left}), yet residuals are so alike that b is only known to be {interval}"
-                ),
+                )
             }
         }
     };
@@ -262,9 +262,10 @@ impl<'a> Search<'a> {
                 }
             }
             valley.refine();
-            match valley.points.is_empty() {
-                true => Err(failed),
-                false => Ok(valley),
+            if valley.points.is_empty() {
+                Err(failed)
+            } else {
+                Ok(valley)
             }
         });
         valleys.collect()
@@ -358,9 +359,10 @@ impl Valley<'_> {
             let next = inner.0 + part.clamp(0.1, 0.9) * (outer.0 - inner.0);
             let Some(index) = self.add(next) else { break };
             let found = zeta(&self.points[index]);
-            match found.1 > most {
-                true => outer = found,
-                false => inner = found,
+            if found.1 > most {
+                outer = found;
+            } else {
+                inner = found;
             }
             if (found.1 - most).abs() < NEAR {
                 break;
@@ -400,9 +402,12 @@ impl Valley<'_> {
                 }
             }
             if low < high {
-                let end = |end: f64| match is_order {
-                    true => Some(end.clamp(0.0, 1.0)),
-                    false => Some(libm::exp(end)).filter(|end| *end > 0.0 && end.is_finite()),
+                let end = |end: f64| {
+                    if is_order {
+                        Some(end.clamp(0.0, 1.0))
+                    } else {
+                        Some(libm::exp(end)).filter(|end| *end > 0.0 && end.is_finite())
+                    }
                 };
                 (estimate.low_95, estimate.high_95) = (end(low), end(high));
                 let half = (high - low) / (2.0 * most);

@@ -126,9 +126,12 @@ impl Sum {
     /// Model less target, without weights.
     fn misses(&self, target: &Target<'_>) -> Vec<f64> {
         let model = self.model(target).into_iter().enumerate();
-        let misses = model.map(|(n, model)| match target.is_logarithmic() {
-            true => libm::log(model.max(f64::MIN_POSITIVE)) - target.wanted(n),
-            false => model - target.wanted(n),
+        let misses = model.map(|(n, model)| {
+            if target.is_logarithmic() {
+                libm::log(model.max(f64::MIN_POSITIVE)) - target.wanted(n)
+            } else {
+                model - target.wanted(n)
+            }
         });
         misses.collect()
     }
@@ -182,9 +185,10 @@ impl Sum {
 
     /// Sizes of these modes that leave the least, as straight as residuals are near this sum, and what that is.
     fn resized(&self, target: &Target<'_>, modes: Vec<SpectralMode>) -> (f64, Self) {
-        let about = match target.is_logarithmic() {
-            true => self.model(target),
-            false => vec![1.0; target.len()],
+        let about = if target.is_logarithmic() {
+            self.model(target)
+        } else {
+            vec![1.0; target.len()]
         };
         let columns = modes.iter().map(|&mode| {
             let shares = target.mode(mode).into_iter().zip(&about);
@@ -193,9 +197,12 @@ impl Sum {
         });
         let (columns, sizes): (Vec<Vec<f64>>, Vec<f64>) = columns.unzip();
         let reach: Vec<f64> = (0..target.len())
-            .map(|n| match target.is_logarithmic() {
-                true => 1.0 - libm::log(about[n]) + target.wanted(n),
-                false => target.wanted(n),
+            .map(|n| {
+                if target.is_logarithmic() {
+                    1.0 - libm::log(about[n]) + target.wanted(n)
+                } else {
+                    target.wanted(n)
+                }
             })
             .collect();
         let mut left = target.through(&reach);
@@ -340,9 +347,10 @@ fn relaxing(soft: f64, fluidity: f64, decays: &[[f64; 2]]) -> (f64, f64, Vec<[f6
             if middle <= low || middle >= high {
                 return high;
             }
-            match value(middle) < 0.0 {
-                true => low = middle,
-                false => high = middle,
+            if value(middle) < 0.0 {
+                low = middle;
+            } else {
+                high = middle;
             }
         }
     });
@@ -504,22 +512,20 @@ fn fitted(
         });
         &outer * spread * outer.transpose()
     });
-    let names: Vec<(&'static str, &'static str)> = match kind == ModelKind::Prony {
-        false => kind
-            .parameters()
+    let names: Vec<(&'static str, &'static str)> = if kind != ModelKind::Prony {
+        kind.parameters()
             .iter()
             .map(|one| (one.name, one.unit))
-            .collect(),
-        true => {
-            let spring = kind.parameters()[..parameters.len() % 2].iter();
-            let branches = NAMES
-                .iter()
-                .flat_map(|[modulus, time]| [(*modulus, "Pa"), (*time, "s")]);
-            spring
-                .map(|one| (one.name, one.unit))
-                .chain(branches)
-                .collect()
-        }
+            .collect()
+    } else {
+        let spring = kind.parameters()[..parameters.len() % 2].iter();
+        let branches = NAMES
+            .iter()
+            .flat_map(|[modulus, time]| [(*modulus, "Pa"), (*time, "s")]);
+        spring
+            .map(|one| (one.name, one.unit))
+            .chain(branches)
+            .collect()
     };
     let t = student(freedom);
     let estimates = parameters.iter().zip(names).enumerate();

@@ -91,9 +91,10 @@ struct Stepped {
 impl Stepped {
     fn new(record: &Record, middle: f64) -> Self {
         let all = 0..record.x.len();
-        let chosen = match all.len() > SAMPLES_OF_STEPS {
-            true => chosen(&record.x, 0.0, SAMPLES_OF_STEPS),
-            false => all.collect(),
+        let chosen = if all.len() > SAMPLES_OF_STEPS {
+            chosen(&record.x, 0.0, SAMPLES_OF_STEPS)
+        } else {
+            all.collect()
         };
         let since = chosen.iter().map(|&n| {
             let before = record.steps.iter().filter(|step| step[0] < record.x[n]);
@@ -137,14 +138,18 @@ impl<'a> Target<'a> {
         let size = libm::sqrt(values.iter().map(|x| x * x).sum::<f64>() / count);
         let is_absolute = record.is_absolute();
         let scale = if is_absolute { size } else { 1.0 };
-        let wanted = values.iter().map(|x| match is_absolute {
-            true => x / scale,
-            false => libm::log(*x),
+        let wanted = values.iter().map(|x| {
+            if is_absolute {
+                x / scale
+            } else {
+                libm::log(*x)
+            }
         });
         let wanted: Vec<f64> = wanted.collect();
-        let (low, high) = match is_absolute {
-            true => (libm::log(size) - 1.0, libm::log(size) + 1.0),
-            false => ends(&wanted),
+        let (low, high) = if is_absolute {
+            (libm::log(size) - 1.0, libm::log(size) + 1.0)
+        } else {
+            ends(&wanted)
         };
         let (unit, sign, quantity) = match record.kind {
             RecordKind::Oscillation => (-middle, 1.0, None),

@@ -181,9 +181,10 @@ impl Spectrum {
         };
         Self {
             response: Response::Creep,
-            constant: match dashpot_pa_s > 0.0 {
-                true => 0.0,
-                false => 1.0 / stiffness(spring_pa),
+            constant: if dashpot_pa_s > 0.0 {
+                0.0
+            } else {
+                1.0 / stiffness(spring_pa)
             },
             slope,
             modes: Modes::Any {
@@ -258,9 +259,10 @@ pub(super) fn decayed(rate: Complex64, time_s: f64) -> Complex64 {
 
 /// E and η of a spring or a dashpot.
 fn spring_and_dashpot(one: SpringPot) -> [f64; 2] {
-    match one.is_dashpot() {
-        true => [0.0, one.size],
-        false => [one.size, 0.0],
+    if one.is_dashpot() {
+        [0.0, one.size]
+    } else {
+        [one.size, 0.0]
     }
 }
 

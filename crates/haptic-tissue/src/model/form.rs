@@ -58,9 +58,12 @@ impl Form {
 
     /// G(0), Pa: infinite where a sudden strain has no finite stress.
     pub(super) fn instantaneous_pa(&self) -> f64 {
-        let stiff = |one: &SpringPot| match one.is_spring() {
-            true => one.size,
-            false => f64::INFINITY,
+        let stiff = |one: &SpringPot| {
+            if one.is_spring() {
+                one.size
+            } else {
+                f64::INFINITY
+            }
         };
         self.of(stiff, |one| one.elastic_modulus_pa, |a, b| a + b, springs)
     }

@@ -92,9 +92,10 @@ impl Model {
     /// # Errors
     /// Another number of values, a value outside its range, orders that do not fall, times of branches that do not rise.
     pub fn from_parameters(kind: ModelKind, values: &[f64]) -> Result<Self, ModelError> {
-        let fits = match kind.parameters().iter().any(|one| one.for_each_branch) {
-            true => values.len() % 2 == 1,
-            false => values.len() == kind.parameters().len(),
+        let fits = if kind.parameters().iter().any(|one| one.for_each_branch) {
+            values.len() % 2 == 1
+        } else {
+            values.len() == kind.parameters().len()
         };
         if !fits {
             return Err(ModelError::Count(kind, values.len()));

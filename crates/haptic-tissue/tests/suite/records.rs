@@ -56,9 +56,12 @@ fn a_ramp_and_hold_is_a_difference_of_ramps_and_a_step_is_the_modulus() {
         let late: Vec<f64> = times.iter().map(|t| (t - 1.0).max(0.0)).collect();
         let step = vec![1.0; times.len()];
         for stress in [true, false] {
-            let respond = |input: &[f64]| match stress {
-                true => model.stress(&times, input),
-                false => model.strain(&times, input),
+            let respond = |input: &[f64]| {
+                if stress {
+                    model.stress(&times, input)
+                } else {
+                    model.strain(&times, input)
+                }
             };
             let (whole, ramp, late) = (respond(&hold), respond(&times), respond(&late));
             let most = whole.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -69,15 +72,16 @@ fn a_ramp_and_hold_is_a_difference_of_ramps_and_a_step_is_the_modulus() {
             }
             let stepped = respond(&step);
             for at in [1, 2, 30, 1000] {
-                let (want, scale) = match stress {
-                    true => (
+                let (want, scale) = if stress {
+                    (
                         model.relaxation_moduli(&[times[at]])[0],
                         model.relaxation_moduli(&[times[1]])[0],
-                    ),
-                    false => (
+                    )
+                } else {
+                    (
                         model.creep_compliances(&[times[at]])[0],
                         model.creep_compliances(&[times[at]])[0],
-                    ),
+                    )
                 };
                 let error = (stepped[at] - want).abs();
                 assert!(error < 1e-11 * scale, "{label} {stress} {at}: {error:e}");

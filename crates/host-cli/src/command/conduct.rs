@@ -188,9 +188,10 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
             written("duration_s", run.duration_s),
             run.log
         );
-        return Err(match run.device_lost {
-            true => Failure::device(error),
-            false => Failure::run(error),
+        return Err(if run.device_lost {
+            Failure::device(error)
+        } else {
+            Failure::run(error)
         });
     }
     match dropped {
@@ -234,9 +235,10 @@ pub(crate) fn progress_bar(samples: u64, output: Output) -> ProgressBar {
 
 /// Standard error; nothing for a quiet person.
 pub(crate) fn target(output: Output) -> ProgressDrawTarget {
-    match output.quiet {
-        true => ProgressDrawTarget::hidden(),
-        false => ProgressDrawTarget::stderr_with_hz(10),
+    if output.quiet {
+        ProgressDrawTarget::hidden()
+    } else {
+        ProgressDrawTarget::stderr_with_hz(10)
     }
 }
 

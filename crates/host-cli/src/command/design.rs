@@ -115,9 +115,10 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
         .candidates
         .iter()
         .filter_map(|c| c.dissipation_n_s_mu_per_m);
-    let scale = match dissipations.any(|dissipation| dissipation > 0.0) {
-        true => Scale::Log,
-        false => Scale::Linear,
+    let scale = if dissipations.any(|dissipation| dissipation > 0.0) {
+        Scale::Log
+    } else {
+        Scale::Linear
     };
     let dissipation = AxisSpec::new("dissipation B / N·s^μ·m⁻¹", scale);
     let panels = [

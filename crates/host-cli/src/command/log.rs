@@ -175,14 +175,15 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
     }
     let reasons = summary.reasons();
     output.report(&summary)?;
-    match reasons.is_empty() {
-        true => Ok(()),
-        false => Err(Failure::data_lost(format_args!(
+    if reasons.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::data_lost(format_args!(
             "`{}` is not whole: {}; {}",
             log.display(),
             reasons.join("; "),
             advice(&summary)
-        ))),
+        )))
     }
 }
 

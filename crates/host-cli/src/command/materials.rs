@@ -73,9 +73,10 @@ fn modulus(loading: &MeasuredLoading) -> String {
     let how = loading
         .kind
         .map_or(String::new(), |kind| format!(", by {}", kind.name()));
-    match loading.is_known() {
-        true => format!("{}{how}", loading.modulus().name()),
-        false => "not stated".to_owned(),
+    if loading.is_known() {
+        format!("{}{how}", loading.modulus().name())
+    } else {
+        "not stated".to_owned()
     }
 }
 
@@ -96,9 +97,10 @@ fn valid_for(range: &ValidRange) -> String {
         span("strain", None, range.strain_to).map(|strain| format!("strain {strain}")),
     ];
     let known: Vec<String> = known.into_iter().flatten().collect();
-    match known.is_empty() {
-        true => "not stated".to_owned(),
-        false => known.join(", "),
+    if known.is_empty() {
+        "not stated".to_owned()
+    } else {
+        known.join(", ")
     }
 }
 
@@ -183,9 +185,10 @@ impl Export {
             "branch_times_s": column(|one| one.relaxation_time_s),
             "file": file,
         });
-        match in_file {
-            true => output.report(&exported),
-            false => output.text(&exported, |out| write!(out, "{text}")),
+        if in_file {
+            output.report(&exported)
+        } else {
+            output.text(&exported, |out| write!(out, "{text}"))
         }
     }
 }

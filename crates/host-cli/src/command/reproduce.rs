@@ -58,9 +58,10 @@ impl Arguments {
             bar.inc(1);
             !stopped()
         };
-        let claims = match stopped() {
-            true => Vec::new(),
-            false => judge_all(&go_on).map_err(Failure::run)?,
+        let claims = if stopped() {
+            Vec::new()
+        } else {
+            judge_all(&go_on).map_err(Failure::run)?
         };
         bar.finish_and_clear();
         outputs.text("md", &markdown(&claims, &shown));

@@ -84,9 +84,12 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
     } else {
         "measured"
     };
-    let point = |p: &BoundaryPoint| match with_units {
-        true => (p.dissipation, p.stiffness_max),
-        false => (p.beta, p.alpha),
+    let point = |p: &BoundaryPoint| {
+        if with_units {
+            (p.dissipation, p.stiffness_max)
+        } else {
+            (p.beta, p.alpha)
+        }
     };
     for (colour, order) in report.orders.iter().enumerate() {
         let (stiffness, dissipation) = if with_units { order.units } else { (1.0, 1.0) };

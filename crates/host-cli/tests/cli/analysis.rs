@@ -127,9 +127,10 @@ fn a_map_has_the_units_of_its_loop_and_the_wall_that_was_given() {
     ] {
         let line = format!("analyze stability-region --order 0.5 {options} --out map --overwrite");
         let ended = place.run(&line);
-        match has_wall || options.starts_with("--delta") {
-            true => ended.succeeded(),
-            false => ended.succeeded_with_warnings(),
+        if has_wall || options.starts_with("--delta") {
+            ended.succeeded()
+        } else {
+            ended.succeeded_with_warnings()
         };
         let svg = place.text("map/region.svg");
         assert_says(&svg, words);

@@ -33,9 +33,10 @@ fn the_file_to_look_at_is_the_png_if_there_is_one() {
     let saved = Pictures::default()
         .save(Ok(picture()), &folder.join("a"), false)
         .expect("saves");
-    let (ending, files) = match cfg!(feature = "png") {
-        true => ("a.png", 2),
-        false => ("a.svg", 1),
+    let (ending, files) = if cfg!(feature = "png") {
+        ("a.png", 2)
+    } else {
+        ("a.svg", 1)
     };
     assert!(saved.ends_with(ending), "{saved}");
     assert_eq!(fs::read_dir(&*folder).expect("lists").count(), files);

@@ -119,9 +119,10 @@ fn held(line: &str, document: &str) -> String {
         results(&json, &mut found);
         for (key, values) in found {
             let list = values.join(",");
-            match list.len() <= 60 {
-                true => writeln!(held, "{key} {list}"),
-                false => writeln!(held, "{key} {} {}", values.len(), crc(&list)),
+            if list.len() <= 60 {
+                writeln!(held, "{key} {list}")
+            } else {
+                writeln!(held, "{key} {} {}", values.len(), crc(&list))
             }
             .expect("text");
         }

@@ -146,10 +146,7 @@ impl Rig {
 
     /// A relaxation that a hand keeps up, as an option of `relax` or in a file.
     fn line(&self, in_file: bool) -> String {
-        let what = match in_file {
-            true => "run x.toml",
-            false => "relax",
-        };
+        let what = if in_file { "run x.toml" } else { "relax" };
         let of_kind = match self.kind {
             Kind::Simulated => "--realtime",
             Kind::Serial | Kind::Tcp | Kind::Bridge => "",
@@ -157,12 +154,13 @@ impl Rig {
             Kind::Moteus => "sample_time=2ms force_limit=4N max_age_ticks=200",
             Kind::Inverse3 => "max_age_ticks=1000",
         };
-        let on_device = match self.kind == Kind::Simulated {
-            true => String::new(),
-            false => format!(
+        let on_device = if self.kind == Kind::Simulated {
+            String::new()
+        } else {
+            format!(
                 "--device {} watchdog={WATCHDOG_MS}ms late_ticks=0",
                 self.device
-            ),
+            )
         };
         self.place.write("x.toml", "[relax]\n");
         format!(

@@ -135,9 +135,10 @@ impl Encoder {
         let written = |channel| DMA.ch(channel).write_addr().read() - ring_address();
         let end = (written(0) + written(1)) as usize;
         self.quadrature.take_ring(&RING.0, end)?;
-        match self.machine.rx().stalled() {
-            true => Err(self.quadrature.lose(Fault::PositionJump)),
-            false => Ok(self.quadrature.count()),
+        if self.machine.rx().stalled() {
+            Err(self.quadrature.lose(Fault::PositionJump))
+        } else {
+            Ok(self.quadrature.count())
         }
     }
 

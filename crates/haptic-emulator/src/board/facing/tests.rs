@@ -222,14 +222,13 @@ fn boards_of_other_sample_times_and_phases_share_one_world() {
     for n in 0..40_000 {
         let [first, second] = pair.times;
         let next = [first + 700, second + 1000];
-        match next[0] <= next[1] {
-            true => pair.tick(FacingSide::Renderer),
-            false => {
-                pair.tick(FacingSide::Indenter);
-                let newest = *pair.sides[1].newest();
-                let force = GAIN * (WANTED - newest.position_m[0]);
-                assert!(pair.sides[1].command(newest.tick, [force]), "{n}");
-            }
+        if next[0] <= next[1] {
+            pair.tick(FacingSide::Renderer);
+        } else {
+            pair.tick(FacingSide::Indenter);
+            let newest = *pair.sides[1].newest();
+            let force = GAIN * (WANTED - newest.position_m[0]);
+            assert!(pair.sides[1].command(newest.tick, [force]), "{n}");
         }
         forces = pair.sides.each_ref().map(|side| side.newest().force_n[0]);
     }

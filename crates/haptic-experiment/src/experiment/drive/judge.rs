@@ -85,13 +85,12 @@ impl DriveJudge {
         preflight: Option<DriveVerdict>,
         on_device: bool,
     ) -> Result<Self, Failure> {
-        let maker = match on_device {
-            false => Maker::Rig(drive.holder(sample_time_s)?),
-            true => {
-                let setup = drive.limited(sample_time_s)?;
-                let ends = [setup.output_low, setup.output_high];
-                Maker::Device(ends.map(|end| end.unwrap_or(f64::NAN) as f32))
-            }
+        let maker = if !on_device {
+            Maker::Rig(drive.holder(sample_time_s)?)
+        } else {
+            let setup = drive.limited(sample_time_s)?;
+            let ends = [setup.output_low, setup.output_high];
+            Maker::Device(ends.map(|end| end.unwrap_or(f64::NAN) as f32))
         };
         Ok(Self {
             load,

@@ -40,10 +40,12 @@ fn ran(relaxation: &Indentation, faults: [LineFaults; 2], seed: u64, folder: &Pa
         seed,
         samples: 3001,
         // The drive has felt for it before.
-        place_m: &|since_s| match (-0.25..-0.05).contains(&since_s) {
-            true => 0.02 * ramp.depth().0 * (5.0 * PI * (since_s + 0.25)).sin().powi(2),
-            // It lags.
-            false => ramp.position(since_s - 5e-3),
+        place_m: &|since_s| {
+            if (-0.25..-0.05).contains(&since_s) {
+                0.02 * ramp.depth().0 * (5.0 * PI * (since_s + 0.25)).sin().powi(2)
+            } else {
+                ramp.position(since_s - 5e-3)
+            }
         },
         force_n: &mut |place_m| {
             let force_n = k * place_m + b * device.output(place_m);

@@ -195,9 +195,10 @@ impl<'a> Judge<'a> {
             (judged.with_rig, judged.ideal),
         ];
         for (largest, (have, want)) in self.errors.iter_mut().zip(pairs) {
-            match sample.is_comparable() {
-                true => largest.add(sample.time_s, have, want),
-                false => largest.pass(sample.time_s),
+            if sample.is_comparable() {
+                largest.add(sample.time_s, have, want);
+            } else {
+                largest.pass(sample.time_s);
             }
         }
         let closed_form_n = match self.of.load {

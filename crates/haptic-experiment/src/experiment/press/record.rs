@@ -122,9 +122,10 @@ impl PressRecord {
 
     /// Noise of the force, N.
     pub(super) fn noise_n(&self) -> f64 {
-        match self.is_sensed {
-            true => sensor_noise(&self.force_n),
-            false => white_noise(&self.force_n),
+        if self.is_sensed {
+            sensor_noise(&self.force_n)
+        } else {
+            white_noise(&self.force_n)
         }
     }
 

@@ -41,9 +41,10 @@ impl Press {
         let deepest_m = record.depth_m.iter().copied().fold(0.0, f64::max);
         let peak_n = record.peak_n();
         let noise_n = record.noise_n();
-        let hiding_n = match record.is_sensed {
-            true => 2.0 * noise_n,
-            false => 2.0 * noise_n + self.device.friction.0,
+        let hiding_n = if record.is_sensed {
+            2.0 * noise_n
+        } else {
+            2.0 * noise_n + self.device.friction.0
         };
         let per_pa = self.piece.shape_m() * self.piece.effective()(deepest_m);
         let least_pa = Some(hiding_n / per_pa).filter(|least| least.is_finite());
@@ -123,10 +124,10 @@ impl Press {
         }
         let [wanted, reached] = [wanted_m, reached_m].map(|depth_m| written("depth_m", depth_m));
         let largest_n = ran.record.largest_force_n();
-        let remedy = match largest_n >= REACHED * self.drive.force_limit_n.min(self.limits.force.0)
-        {
-            true => format!("raise {FORCE_LIMIT}, or press less deep"),
-            false => format!("give a longer {PRESS_HOLD}, or another {CONTROLLER}"),
+        let remedy = if largest_n >= REACHED * self.drive.force_limit_n.min(self.limits.force.0) {
+            format!("raise {FORCE_LIMIT}, or press less deep")
+        } else {
+            format!("give a longer {PRESS_HOLD}, or another {CONTROLLER}")
         };
         let force = written("force_n", largest_n);
         Some(format!(

@@ -506,9 +506,10 @@ fn the_truth_lies_within_the_interval_of_what_was_pressed() {
             let text = format!(
                 "friction_n = {friction_n}\nencoder_resolution_m = 1e-6\nsensor_noise_m = 1e-7\nseed = {n}\n{sensor}{}",
                 // Only several depths tell stiffening from stiffness.
-                match material.stiffening > 0.0 {
-                    true => "protocol = \"steps\"\nhold_time_s = 2\n",
-                    false => "hold_time_s = 8\n",
+                if material.stiffening > 0.0 {
+                    "protocol = \"steps\"\nhold_time_s = 2\n"
+                } else {
+                    "hold_time_s = 8\n"
                 }
             );
             let press = pressing(of_its_own(&text), material.clone());
@@ -591,9 +592,10 @@ fn a_spring_pot_behind_a_sensor_that_lags_stays_one() {
     for (lag_ms, swings) in [(0, false), (1, false), (3, false), (0, true)] {
         let text = format!("hold_time_s = 2\nsensed_range_n = 20\nsensed_lag_s = {lag_ms}e-3");
         let material = Material::parse(Path::new("sp.toml"), SPRING_POT).expect("a tissue");
-        let press = match swings {
-            true => press_of(&text),
-            false => of_its_own(&text),
+        let press = if swings {
+            press_of(&text)
+        } else {
+            of_its_own(&text)
         };
         let press = pressing(press, material);
         let run = ticks(&press);

@@ -224,9 +224,10 @@ impl TeleoperationExperiment {
             } else {
                 0.0
             },
-            coupler_digest: match waves {
-                true => 0,
-                false => hand_digest(&gains, &self.scheme.to_string()),
+            coupler_digest: if waves {
+                0
+            } else {
+                hand_digest(&gains, &self.scheme.to_string())
             },
         }
     }

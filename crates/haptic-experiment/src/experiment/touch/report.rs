@@ -394,11 +394,12 @@ fn sensed_rows(samples: &[KeptSample], tare: Tare) -> (Value, Vec<String>) {
     }
     let rows = sensed.rows(tare, None);
     let is_unread = partial && rows == json!({}) && matches!(tare.offset, SensorOffset::Known(_));
-    let doubts = match is_unread {
-        true => vec![
-            "the force sensor reads some axes alone, and a force along the normal needs all: compare both in the log, axis by axis".to_owned(),
-        ],
-        false => sensed.warnings(tare, true),
+    let doubts = if is_unread {
+        vec![
+        "the force sensor reads some axes alone, and a force along the normal needs all: compare both in the log, axis by axis".to_owned(),
+    ]
+    } else {
+        sensed.warnings(tare, true)
     };
     (rows, doubts)
 }

@@ -143,9 +143,10 @@ impl TouchShape {
             }
             Self::Ball(ball) => {
                 let (centre, radius) = (per_axis(&ball.centre_m), Metres(ball.radius_m));
-                let ball = match ball.hollow {
-                    false => Ball::solid(centre.map(Metres), radius),
-                    true => Ball::hollow(centre.map(Metres), radius),
+                let ball = if !ball.hollow {
+                    Ball::solid(centre.map(Metres), radius)
+                } else {
+                    Ball::hollow(centre.map(Metres), radius)
                 };
                 Ok(Shape::Ball(ball.map_err(Failure::input)?))
             }

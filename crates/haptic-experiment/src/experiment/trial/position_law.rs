@@ -29,12 +29,11 @@ impl PositionLaw {
         let spring = scale * standing + hand_n_per_m;
         let step = scale * controller.operator.direct_gain().abs();
         let t = controller.setup.sample_time_s;
-        let judge = match controller.integrates {
-            false => plan.judge(spring, step, encoder_step_m, t),
-            true => {
-                let judge = plan.judge(0.0, step, encoder_step_m, t);
-                judge.balancing(plan.push_n, hand_n_per_m)
-            }
+        let judge = if !controller.integrates {
+            plan.judge(spring, step, encoder_step_m, t)
+        } else {
+            let judge = plan.judge(0.0, step, encoder_step_m, t);
+            judge.balancing(plan.push_n, hand_n_per_m)
         };
         (spring >= 0.0).then_some(judge)
     }

@@ -197,12 +197,13 @@ pub(crate) trait Trial: Experiment + Clone {
         let mut other = self.clone();
         *other.setup_mut() = smooth;
         let smooth = other.tried()?;
-        match smooth.stable {
-            true => Ok(Settling {
+        if smooth.stable {
+            Ok(Settling {
                 noise_n: louder([settling.noise_n, smooth.noise_n]),
                 ..settling
-            }),
-            false => Ok(settling.by_friction("without friction the device does not come to rest")),
+            })
+        } else {
+            Ok(settling.by_friction("without friction the device does not come to rest"))
         }
     }
 
@@ -240,9 +241,10 @@ pub(crate) trait Trial: Experiment + Clone {
         if recorded.stable && pushed && judged_so && tap.is_none() {
             recorded = recorded.by_friction(UNTAPPED);
         }
-        let (settling, hits) = match whole {
-            true => self.worst(recorded)?,
-            false => (recorded, Vec::new()),
+        let (settling, hits) = if whole {
+            self.worst(recorded)?
+        } else {
+            (recorded, Vec::new())
         };
         let is_judged = whole && felt.is_none();
         let judged = ran.preflight.filter(|_| is_judged);
@@ -263,9 +265,10 @@ pub(crate) trait Trial: Experiment + Clone {
         let mut sensed_rows = json!({});
         let (files, operator_error);
         if whole {
-            let (off_n, object) = match start_m == 0.0 {
-                true => (self.off_n(ran)?, self.object_m(ran)?),
-                false => (Err("the law began where the handle stood"), None),
+            let (off_n, object) = if start_m == 0.0 {
+                (self.off_n(ran)?, self.object_m(ran)?)
+            } else {
+                (Err("the law began where the handle stood"), None)
             };
             let push_n = setup.plan.own_push_n().unwrap_or(0.0);
             let push_n = |tick| push_n + tap.map_or(0.0, |tap| tap.at(tick));
@@ -366,9 +369,10 @@ pub(crate) trait Trial: Experiment + Clone {
             }
             (Some(_), None) => Compared::without_meaning(Self::NO_REST),
             _ => {
-                let seen = match settling.verdict == TrialVerdict::Unstable {
-                    true => "did not come to rest".to_owned(),
-                    false => format!("was {}", settling.verdict.words()),
+                let seen = if settling.verdict == TrialVerdict::Unstable {
+                    "did not come to rest".to_owned()
+                } else {
+                    format!("was {}", settling.verdict.words())
                 };
                 Compared::without_meaning(format!("the {} {seen}", Self::KIND))
             }
@@ -438,9 +442,10 @@ fn of_hand(felt: &FeltSummary, record: &Record) -> (&'static str, Warnings) {
 /// Device, operator, push if it is known, N, verdict and guard for the line below a picture.
 fn words(setup: &TrialSetup, scheme: Scheme, push_n: Option<f64>, verdict: &str) -> String {
     let guard = setup.safety.guard;
-    let guard = match guard == GuardChoice::Off {
-        true => String::new(),
-        false => format!(" · guard {}", guard.name()),
+    let guard = if guard == GuardChoice::Off {
+        String::new()
+    } else {
+        format!(" · guard {}", guard.name())
     };
     let push = push_n.map_or(String::new(), |push_n| format!("push {push_n} N · "));
     let device = device_name(setup.conduct.remote.as_ref());

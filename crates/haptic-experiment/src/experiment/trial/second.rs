@@ -81,9 +81,10 @@ pub(super) fn second(
         );
         return Err(law.fail_at(key, reason));
     }
-    let remote = match table.has(&p::DRIVE_DEVICE) {
-        true => second_device(table, at_port)?.map(|device| device.remote),
-        false => None,
+    let remote = if table.has(&p::DRIVE_DEVICE) {
+        second_device(table, at_port)?.map(|device| device.remote)
+    } else {
+        None
     };
     if at_port.is_some() && remote.is_none() {
         let reason = "[drive] beside a device at a port has one of its own: give `drive_device` as serial:PATH, or omit [drive]";

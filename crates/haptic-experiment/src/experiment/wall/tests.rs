@@ -51,9 +51,10 @@ fn drawn(random: &mut Random, contact: WallContact) -> WallExperiment {
         let k = random.log_between(100.0, 1e4);
         // Times from a sample to a tenth of a second.
         let b = k * random.log_between(1e-3, 0.1);
-        let mu = match random.chance(0.5) {
-            true => 1.0,
-            false => random.between(0.3, 1.0),
+        let mu = if random.chance(0.5) {
+            1.0
+        } else {
+            random.between(0.3, 1.0)
         };
         let margin_of = |wall: &WallExperiment| {
             let look = wall.look(5000).verdict(wall.setup.dynamics(), 0);

@@ -218,8 +218,11 @@ pub fn logarithmic(low: f64, high: f64, count: usize) -> impl Iterator<Item = f6
     let ratio = libm::log(high / low);
     let steps = count.saturating_sub(1).max(1) as f64;
     // The last is exactly `high`.
-    (0..count).map(move |i| match i + 1 == count {
-        true => high,
-        false => low * libm::exp(ratio * i as f64 / steps),
+    (0..count).map(move |i| {
+        if i + 1 == count {
+            high
+        } else {
+            low * libm::exp(ratio * i as f64 / steps)
+        }
     })
 }

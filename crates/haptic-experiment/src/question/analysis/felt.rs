@@ -36,9 +36,10 @@ pub(crate) struct Felt {
 
 impl Felt {
     pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
-        let given = match table.text(&ANALYSED_CONTROLLER)?.is_empty() {
-            true => Some(table.required(&ANALYSED_SAMPLE_TIME)?),
-            false => table.number_if(&ANALYSED_SAMPLE_TIME)?,
+        let given = if table.text(&ANALYSED_CONTROLLER)?.is_empty() {
+            Some(table.required(&ANALYSED_SAMPLE_TIME)?)
+        } else {
+            table.number_if(&ANALYSED_SAMPLE_TIME)?
         };
         let (law, t) = Law::of(table, given)?;
         let t = t.map_or_else(|| table.required(&ANALYSED_SAMPLE_TIME), Ok)?;
@@ -285,9 +286,10 @@ impl CouplerNeed {
     fn coupler(&self) -> Result<Coupler<'_>, Failure> {
         let exact = Coupler::exact(self.order, self.sample_time_s, self.damper, self.spring);
         let exact = exact.map_err(Failure::input)?;
-        Ok(match self.scheme == Scheme::Exact {
-            true => exact,
-            false => exact.with_operator(&self.operator, self.operator.memory()),
+        Ok(if self.scheme == Scheme::Exact {
+            exact
+        } else {
+            exact.with_operator(&self.operator, self.operator.memory())
         })
     }
 

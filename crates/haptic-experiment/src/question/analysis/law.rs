@@ -108,9 +108,10 @@ impl Law {
     fn of_tissue(table: &Table<'_>, piece: TissuePiece, t: Seconds) -> Result<Self, Failure> {
         without(table, OF_WALL, &ANALYSED_TISSUE)?;
         let is_composed = piece.material.composed().is_some();
-        let scheme = match is_composed && !table.has(&ANALYSED_SCHEME) {
-            true => table.scheme(&SCHEME)?,
-            false => table.scheme(&ANALYSED_SCHEME)?,
+        let scheme = if is_composed && !table.has(&ANALYSED_SCHEME) {
+            table.scheme(&SCHEME)?
+        } else {
+            table.scheme(&ANALYSED_SCHEME)?
         };
         if is_composed && scheme == Scheme::Exact {
             let reason = format!(

@@ -130,12 +130,13 @@ impl WallLoop {
 
 /// Up to which K, or B without a spring, contact that may pull, acts on one side or stiffens is proved stable, whatever the motion.
 fn said_of_pulling_contact(stable: bool, proved: f64, [k, b]: [f64; 2]) -> String {
-    let limit = match k > 0.0 {
-        true => format!("K = {}", written("proved_stiffness_n_per_m", proved * k)),
-        false => format!(
+    let limit = if k > 0.0 {
+        format!("K = {}", written("proved_stiffness_n_per_m", proved * k))
+    } else {
+        format!(
             "B = {}",
             written("proved_dissipation_n_s_mu_per_m", proved * b)
-        ),
+        )
     };
     match proved {
         _ if !stable => "unstable".to_owned(),

@@ -166,9 +166,10 @@ impl HandsQuestion {
         progress: &(dyn Fn(u64) + Sync),
         stop: &AtomicBool,
     ) -> Result<Analysed, Failure> {
-        let candidates = match self.best {
-            true => self.candidates(progress, stop)?,
-            false => Vec::new(),
+        let candidates = if self.best {
+            self.candidates(progress, stop)?
+        } else {
+            Vec::new()
         };
         let best = (candidates.iter()).min_by(|a, b| a.1.error.total_cmp(&b.1.error));
         // Show the best candidate, if there is one.

@@ -202,15 +202,12 @@ impl WallLoop {
         let region = StabilityRegion::new(self.plant()?, &self.law.operator, 0, points);
         // Only a controller may have another one.
         let has_gain = self.law.operator.direct_gain() > 0.0;
-        region.map_err(|error| match has_gain {
-            true => Failure::input(error),
-            false => Failure::input_with_advice(
-                error,
-                format_args!(
-                    "this is the force against a new position, N/m; change {ANALYSED_CONTROLLER}, or ask for stability alone"
-                ),
+        region.map_err(|error| if has_gain { Failure::input(error) } else { Failure::input_with_advice(
+            error,
+            format_args!(
+                "this is the force against a new position, N/m; change {ANALYSED_CONTROLLER}, or ask for stability alone"
             ),
-        })
+        ) })
     }
 
     /// A number of a device, which a plant has not, for a report.
@@ -311,9 +308,10 @@ impl WallLoop {
             _ => self.delta_given.then_some(self.parameters.delta),
         };
         // Next to rest an integral asks for more and more damping.
-        let required = match self.law.integrates() {
-            true => None,
-            false => Some(self.required_delta()?),
+        let required = if self.law.integrates() {
+            None
+        } else {
+            Some(self.required_delta()?)
         };
         let (mut alpha, mut beta) = (None, None);
         // Spring and memory of a tissue only grow together.
@@ -453,9 +451,10 @@ impl WallLoop {
         }
         let Nondimensional { delta, gamma, .. } = self.parameters;
         // Beyond an integral there is no box that holds them.
-        let region = match self.law.integrates() {
-            true => None,
-            false => Some(self.stable_region(BOUNDARY)?),
+        let region = if self.law.integrates() {
+            None
+        } else {
+            Some(self.stable_region(BOUNDARY)?)
         };
         let area = region.as_ref().and_then(StabilityRegion::bounded);
         let polygons = area.map_or(&[][..], |area| &area.polygons);
@@ -508,9 +507,10 @@ impl WallLoop {
     fn drawn_region(&self, polygons: &[Polygon]) -> Region {
         let Nondimensional { alpha, beta, .. } = self.parameters;
         let [k, b] = self.with_units(Some(1.0), Some(1.0));
-        let b = match self.law.is_controller() {
-            true => Some(1.0 / beta),
-            false => b,
+        let b = if self.law.is_controller() {
+            Some(1.0 / beta)
+        } else {
+            b
         };
         Region {
             parts: polygons.to_vec(),

@@ -105,9 +105,10 @@ impl Calibrator {
         for (words, task) in self.tasks() {
             asked(person, words, None, || {
                 std::thread::sleep(Duration::from_millis(20));
-                match stop.load(Ordering::Relaxed) {
-                    true => Err(Failure::run(INTERRUPTED)),
-                    false => Ok(()),
+                if stop.load(Ordering::Relaxed) {
+                    Err(Failure::run(INTERRUPTED))
+                } else {
+                    Ok(())
                 }
             })?;
             let ended = armed(&plan, remote, &mut link, &set, warn, stop, |axis| {

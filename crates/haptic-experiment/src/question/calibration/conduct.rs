@@ -193,11 +193,12 @@ impl<V: Axis> Handle<'_, V> {
             let force_n = asked(bench.person, words, Some(settled.commanded_n), || {
                 self.tick(0.0)?;
                 left_s -= bench.plan.sample_time_s;
-                match left_s > 0.0 {
-                    true => Ok(()),
-                    false => Err(DriveError::from(Failure::run(
+                if left_s > 0.0 {
+                    Ok(())
+                } else {
+                    Err(DriveError::from(Failure::run(
                         "no reading came for 3 minutes, and the force is zero: calibrate again",
-                    ))),
+                    )))
                 }
             })?;
             // Friction holds the handle where it was if nothing is shown yet on the way up, or still the most on the way down.

@@ -144,9 +144,10 @@ fn stable(margins: &Margins) -> String {
     });
     let ways: Vec<String> = [up, down, delay].into_iter().flatten().collect();
     let nearest = &margins.sensitivity;
-    let end = match ways.is_empty() {
-        true => "neither more gain nor more dead time makes it unstable".to_owned(),
-        false => format!("unstable at {}", ways.join(", or at ")),
+    let end = if ways.is_empty() {
+        "neither more gain nor more dead time makes it unstable".to_owned()
+    } else {
+        format!("unstable at {}", ways.join(", or at "))
     };
     format!(
         "Stable, proved. Errors grow at most {} times {}; {end}.",

@@ -25,9 +25,10 @@ pub fn designed(design: ControlDesign) -> Result<DesignedController, Failure> {
     let answer = design.answer().map_err(|error| {
         let is_lost = matches!(error, ControlError::NotFound { .. });
         let failure = refused(error);
-        match is_lost {
-            true => failure.and(&format!("see {CROSSOVER}, {PHASE_MARGIN} and {NOT_FLAT}")),
-            false => failure,
+        if is_lost {
+            failure.and(&format!("see {CROSSOVER}, {PHASE_MARGIN} and {NOT_FLAT}"))
+        } else {
+            failure
         }
     })?;
     Ok(DesignedController { design, answer })
@@ -135,9 +136,10 @@ impl DesignedController {
         if unmet.is_empty() {
             return Ok(());
         }
-        let or = match self.design.wishes.iso_damping {
-            true => format!(", change {PHASE_MARGIN}, or give {NOT_FLAT}"),
-            false => format!(", or change {PHASE_MARGIN}"),
+        let or = if self.design.wishes.iso_damping {
+            format!(", change {PHASE_MARGIN}, or give {NOT_FLAT}")
+        } else {
+            format!(", or change {PHASE_MARGIN}")
         };
         Err(Failure::run(format_args!(
             "not met: {unmet}; this is the best found: allow more, move {CROSSOVER}{or}"

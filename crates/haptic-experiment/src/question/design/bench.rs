@@ -164,9 +164,10 @@ impl<'a> Bench<'a> {
             Wish::StiffestWall | Wish::MostDamping { .. } => return Ok(None),
         };
         let (alpha, beta) = (stiffness / self.units.0, dissipation / self.units.1);
-        let proved = match self.design.every_motion {
-            true => self.closed(alpha, beta)?.slope_limit().proved,
-            false => f64::INFINITY,
+        let proved = if self.design.every_motion {
+            self.closed(alpha, beta)?.slope_limit().proved
+        } else {
+            f64::INFINITY
         };
         let scale = self.largest_scale(alpha, beta)?;
         let quiet = self.largest_quiet_scale(alpha, beta);

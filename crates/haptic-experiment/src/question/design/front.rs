@@ -102,12 +102,13 @@ impl FrontWall {
 
 impl FrontReport {
     pub(crate) fn require(&self) -> Result<(), Failure> {
-        match self.walls.is_empty() {
-            true => Err(nothing_found(Some(&format!(
+        if self.walls.is_empty() {
+            Err(nothing_found(Some(&format!(
                 "no wall of these orders is {}",
                 self.require
-            )))),
-            false => Ok(()),
+            ))))
+        } else {
+            Ok(())
         }
     }
 }

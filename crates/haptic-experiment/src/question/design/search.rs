@@ -119,9 +119,10 @@ fn is_at_rest(settling: &Settling) -> bool {
 impl Outcome {
     /// Why it does not pass, in a column's width.
     fn reason(&self) -> String {
-        match is_at_rest(&self.settling) {
-            true => "too noisy when tried".to_owned(),
-            false => failed(self.settling.verdict),
+        if is_at_rest(&self.settling) {
+            "too noisy when tried".to_owned()
+        } else {
+            failed(self.settling.verdict)
         }
     }
 }
@@ -506,9 +507,10 @@ impl<T: Trial> Tried<T> {
 
 impl<'a> Search<'_, 'a> {
     fn go_on(&self) -> Result<(), Failure> {
-        match self.stop.load(Ordering::Relaxed) {
-            true => Err(Failure::interrupted()),
-            false => Ok(()),
+        if self.stop.load(Ordering::Relaxed) {
+            Err(Failure::interrupted())
+        } else {
+            Ok(())
         }
     }
 
@@ -714,13 +716,15 @@ impl<'a> Search<'_, 'a> {
             let from = ray.bench.order;
             // In hundredths, but for one that was given.
             let moved = ((from.get() + step * orders) * 100.0).round() / 100.0;
-            let order = match orders.abs() > 0.0 {
-                true => Order::new(moved.clamp(0.01, 2.0)).map_err(Failure::input)?,
-                false => from,
+            let order = if orders.abs() > 0.0 {
+                Order::new(moved.clamp(0.01, 2.0)).map_err(Failure::input)?
+            } else {
+                from
             };
-            let bench = match order == from {
-                true => Arc::clone(&ray.bench),
-                false => Arc::new(Bench::new(self.design, order)?),
+            let bench = if order == from {
+                Arc::clone(&ray.bench)
+            } else {
+                Arc::new(Bench::new(self.design, order)?)
             };
             let Some(neighbour) = ray.neighbour(bench, step * octaves) else {
                 continue;
@@ -762,12 +766,13 @@ impl<'a> Search<'_, 'a> {
         wall.tried_force_noise_rms_n = outcome.noise_n;
         let (order, law) = (ray.bench.order, ray.law(ray.share));
         let rings = outcome.stretch > LONGEST;
-        let mut tried = match rings {
-            false => design.tried(order, law.0, law.1)?,
-            true => Tried {
+        let mut tried = if !rings {
+            design.tried(order, law.0, law.1)?
+        } else {
+            Tried {
                 experiment: design.wall(order, law, &Try::usual(outcome.stretch)),
                 settling: design.tried_once(order, law, &Try::usual(outcome.stretch))?,
-            },
+            }
         };
         tried.settling.noise_n = outcome.noise_n;
         let is_over = |stretch| {

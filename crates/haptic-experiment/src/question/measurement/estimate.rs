@@ -285,9 +285,10 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     let wide = side(Number::SquareOfLag);
     let lags = [-wide, wide].map(|by| lag_of_square(model.square_of_lag() + by));
     // The chord over the interval, as the root has no slope at 0.
-    let slope = match wide > 0.0 {
-        true => (lags[1] - lags[0]) / (2.0 * wide),
-        false => 0.0,
+    let slope = if wide > 0.0 {
+        (lags[1] - lags[0]) / (2.0 * wide)
+    } else {
+        0.0
     };
     let lag = only(Number::SquareOfLag) * slope;
     // Of what is late the delay is what the lag is not.
@@ -295,12 +296,13 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     // A negative lag counts as 0, and the whole lateness as delay.
     let lateness = model.delay + model.lag.abs();
     let delayed = (lateness - model.lag.max(0.0)).max(0.0);
-    let [delay_low, delay_high] = match model.lag < 0.0 {
-        true => [
+    let [delay_low, delay_high] = if model.lag < 0.0 {
+        [
             (lateness - model.lag - spread.side(&delay)).min(delayed - side(Number::Lateness)),
             delayed + side(Number::Lateness),
-        ],
-        false => [-1.0, 1.0].map(|sign| delayed + sign * spread.side(&delay)),
+        ]
+    } else {
+        [-1.0, 1.0].map(|sign| delayed + sign * spread.side(&delay))
     };
     let about = |value: f64, side: f64| Estimate {
         value,
@@ -657,9 +659,10 @@ impl Measured {
         ] {
             let relative = number.relative();
             if counts && (relative > UNSURE || relative.is_nan()) {
-                let known = match relative.is_finite() && relative < 10.0 {
-                    true => format!("to ±{:.0} % only", 100.0 * relative),
-                    false => "not at all".to_owned(),
+                let known = if relative.is_finite() && relative < 10.0 {
+                    format!("to ±{:.0} % only", 100.0 * relative)
+                } else {
+                    "not at all".to_owned()
                 };
                 self.warnings.push(format!(
                     "the {what} is known {known}: a larger {MEASURE_FORCE_LIMIT}, a larger {MEASURE_BOX} or a longer {MEASURE_DURATION} tells more"

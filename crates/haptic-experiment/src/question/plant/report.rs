@@ -283,15 +283,19 @@ impl NumberRow {
                 return Self::with_error("delay_s".to_owned(), delay_s, error);
             }
         };
-        let value = |term: &Term| match is_order {
-            true => term.order,
-            false => term.coefficient,
+        let value = |term: &Term| {
+            if is_order {
+                term.order
+            } else {
+                term.coefficient
+            }
         };
         let value = terms.get(n).map_or(f64::NAN, value);
         // Errors of coefficients are relative.
-        let (kind, scale) = match is_order {
-            true => ("order", 1.0),
-            false => ("coefficient", value.abs()),
+        let (kind, scale) = if is_order {
+            ("order", 1.0)
+        } else {
+            ("coefficient", value.abs())
         };
         let of_sum = match parts.len() {
             1 => String::new(),
@@ -429,9 +433,10 @@ fn order_reason(found: &[Found], best: &Found) -> String {
     };
     let others = [nearest(&|n| n < count), nearest(&|n| n > count)];
     let others: Vec<String> = others.into_iter().flatten().collect();
-    match others.is_empty() {
-        true => format!("nothing else fits, with {count} numbers"),
-        false => format!("{count} numbers; BIC {}", others.join(", ")),
+    if others.is_empty() {
+        format!("nothing else fits, with {count} numbers")
+    } else {
+        format!("{count} numbers; BIC {}", others.join(", "))
     }
 }
 

@@ -122,10 +122,7 @@ impl ResponseAnswer {
             "a coherence that is too low",
         ));
         let tested = kramers_kronig(&points);
-        warnings.extend(tested.filter(|tested| !tested.holds).map(|tested| match tested.is_turned {
-            true => format!("the response obeys Kramers' and Kronig's relations with the other sign of its imaginary part: write a minus before the name of that column, or see {PLANT_COLUMNS}"),
-            false => "no sum of relaxations leaves noise alone: the system was not linear and steady, or it swings; repeat the lowest frequencies with less amplitude".to_owned(),
-        }));
+        warnings.extend(tested.filter(|tested| !tested.holds).map(|tested| if tested.is_turned { format!("the response obeys Kramers' and Kronig's relations with the other sign of its imaginary part: write a minus before the name of that column, or see {PLANT_COLUMNS}") } else { "no sum of relaxations leaves noise alone: the system was not linear and steady, or it swings; repeat the lowest frequencies with less amplitude".to_owned() }));
         if best.rms_residual > MUCH {
             warnings.push(format!(
                 "the function leaves {} % of the response: give {MODEL} with other parts",

@@ -38,9 +38,10 @@ pub(super) fn upward(mut low: f64, most: f64, rests: impl Fn(f64) -> bool) -> f6
         low = high;
     }
     // Nothing is to be found between where both ends are the most.
-    match low < most {
-        true => last(low, high, CLOSER, rests),
-        false => low,
+    if low < most {
+        last(low, high, CLOSER, rests)
+    } else {
+        low
     }
 }
 

@@ -22,11 +22,12 @@ type Judged<'a> = &'a dyn Fn([f64; 2]) -> Result<Option<DriveVerdict>, Failure>;
 
 /// Refuses more samples than a run on two devices keeps.
 pub(crate) fn fits_two_devices(samples: u64) -> Result<(), Failure> {
-    match keeps_all(samples) {
-        true => Ok(()),
-        false => Err(Failure::bad_input(format_args!(
+    if keeps_all(samples) {
+        Ok(())
+    } else {
+        Err(Failure::bad_input(format_args!(
             "a run on two devices has at most {WHOLE_MOST} samples: use a shorter {TRIAL_DURATION}, or a longer {SAMPLE_TIME}"
-        ))),
+        )))
     }
 }
 

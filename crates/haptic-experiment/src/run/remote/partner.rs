@@ -214,18 +214,20 @@ impl<'a> Partner<'a> {
             Duration::ZERO
         };
         for (side, counted) in [paused, alone].into_iter().enumerate() {
-            self.silent[side] = match heard[side] == self.heard[side] {
-                true => self.silent[side] + counted,
-                false => Duration::ZERO,
+            self.silent[side] = if heard[side] == self.heard[side] {
+                self.silent[side] + counted
+            } else {
+                Duration::ZERO
             };
         }
         self.heard = heard;
         let is_done = self.other_is_done();
         let runs = other.armed.load(Ordering::Acquire) && !is_done;
         let endless = is_done && self.side == Side::Tissue && self.begun_s().is_none();
-        match self.other_ended() || endless {
-            true => Some(Ending::OtherLeft),
-            false => (runs && self.silent[1] > self.patience).then_some(Ending::Silent),
+        if self.other_ended() || endless {
+            Some(Ending::OtherLeft)
+        } else {
+            (runs && self.silent[1] > self.patience).then_some(Ending::Silent)
         }
     }
 

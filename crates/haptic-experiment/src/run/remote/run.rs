@@ -146,10 +146,10 @@ impl<'a, M> RemoteRun<'a, M> {
             self.schedule.sample_time_s,
             configuration.limits.rise_time_s,
         );
-        let start_ticks = match self.law.after_rise && link.capabilities().simulated && rise_s > 0.0
-        {
-            true => risen_after((t / f64::from(rise_s)) as f32),
-            false => 0,
+        let start_ticks = if self.law.after_rise && link.capabilities().simulated && rise_s > 0.0 {
+            risen_after((t / f64::from(rise_s)) as f32)
+        } else {
+            0
         };
         configuration.simulation.start_ticks = start_ticks as f32;
         self.schedule.samples += start_ticks;
@@ -209,9 +209,10 @@ impl<M> Ready<'_, M> {
 pub(crate) fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Schedule) -> usize {
     let measured = link.measure_round_trip(MEASURED);
     // Without any answer in that time it is as long at least.
-    let round_trip_us = match measured.is_empty() {
-        true => MEASURED.as_micros() as u64,
-        false => measured.quantile(0.9),
+    let round_trip_us = if measured.is_empty() {
+        MEASURED.as_micros() as u64
+    } else {
+        measured.quantile(0.9)
     };
     match device.loop_mode {
         LoopMode::Device => 0,

@@ -154,9 +154,10 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         record.dropped = recorder.dropped() + lost;
         record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
         let is_drive = self.partner.as_ref().is_some_and(Partner::is_drive);
-        let (link, end) = match is_drive {
-            true => (LinkSummary::OF_DRIVE, DRIVE_END),
-            false => ("link", END),
+        let (link, end) = if is_drive {
+            (LinkSummary::OF_DRIVE, DRIVE_END)
+        } else {
+            ("link", END)
         };
         recorder.metadata(link, flat(&summary, "", "."));
         record.link = Some(summary);
@@ -214,9 +215,10 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if let Some(partner) = &self.partner
             && !partner.waits(&self.ready.link, supervisor.stop)
         {
-            self.ends(match supervisor.stop.load(Ordering::Relaxed) {
-                true => Ending::Interrupted,
-                false => Ending::OtherLeft,
+            self.ends(if supervisor.stop.load(Ordering::Relaxed) {
+                Ending::Interrupted
+            } else {
+                Ending::OtherLeft
             });
             return Ok(false);
         }

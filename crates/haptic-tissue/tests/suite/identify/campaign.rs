@@ -142,9 +142,10 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
         }
         Kind::TwoColumns | Kind::Recovery | Kind::EvenCreep => {
             let is_recovery = kind == Kind::Recovery;
-            let times: Vec<f64> = match kind != Kind::TwoColumns {
-                true => (1..=count).map(|n| 0.5 * n as f64).collect(),
-                false => times,
+            let times: Vec<f64> = if kind != Kind::TwoColumns {
+                (1..=count).map(|n| 0.5 * n as f64).collect()
+            } else {
+                times
             };
             let end = if is_recovery {
                 times[count / 2]
@@ -165,9 +166,12 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
             // A machine holds a stress within white noise, a tenth of that of its strain.
             let size = 0.1 * noise.iter().map(|x| x.abs()).sum::<f64>() / noise.len() as f64;
             let held = super::recovery::noise(count, 0.0, count as u64);
-            let stress = times.iter().enumerate().map(|(n, t)| match *t <= end {
-                true => 100.0 * (1.0 + size * held[n]),
-                false => 0.0,
+            let stress = times.iter().enumerate().map(|(n, t)| {
+                if *t <= end {
+                    100.0 * (1.0 + size * held[n])
+                } else {
+                    0.0
+                }
             });
             let stress = stress.collect();
             let strain = if kind != Kind::TwoColumns {
@@ -198,9 +202,12 @@ fn record(kind: Kind, model: &Model, count: usize, noise: &[f64]) -> Record {
 fn left(found: &Identification) -> f64 {
     let best = &found.fits[0];
     let pairs = best.predicted.iter().zip(&found.measured);
-    let shares = pairs.map(|(model, measured)| match found.is_absolute {
-        true => ((model - measured).powi(2), measured * measured),
-        false => ((model / measured).ln().powi(2), 1.0),
+    let shares = pairs.map(|(model, measured)| {
+        if found.is_absolute {
+            ((model - measured).powi(2), measured * measured)
+        } else {
+            ((model / measured).ln().powi(2), 1.0)
+        }
     });
     let sums = shares.fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
     (sums.0 / sums.1).sqrt()

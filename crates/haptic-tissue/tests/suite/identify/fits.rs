@@ -267,9 +267,10 @@ fn intervals(noise_pa: [f64; 3], cases: u64) -> (f64, f64, String) {
                 estimate.high_95.expect("high"),
             );
             inside += usize::from(low <= truth && truth <= high);
-            width += match estimate.name == "order" {
-                true => 0.0,
-                false => (high / low).ln(),
+            width += if estimate.name == "order" {
+                0.0
+            } else {
+                (high / low).ln()
             };
         }
         message = found.warnings.join("\n");

@@ -51,9 +51,12 @@ fn a_dashpot_has_the_slope_of_a_smooth_cycle_at_its_samples() {
                 .collect();
             let (strain, rate): (Vec<f64>, Vec<f64>) = (times.iter())
                 .map(|t| (omega * t).sin_cos())
-                .map(|(sin, cos)| match begins_at_rest {
-                    true => (0.025 * (1.0 - cos), 0.025 * omega * sin),
-                    false => (0.05 * sin, 0.05 * omega * cos),
+                .map(|(sin, cos)| {
+                    if begins_at_rest {
+                        (0.025 * (1.0 - cos), 0.025 * omega * sin)
+                    } else {
+                        (0.05 * sin, 0.05 * omega * cos)
+                    }
                 })
                 .unzip();
             let stress = strain

@@ -70,9 +70,10 @@ fn relaxations_and_sweeps_at_temperatures_are_one() {
         assert_eq!(curve.record.samples(), 240);
         // All samples lie on the curve at the reference temperature.
         for (x, value) in curve.record.x().iter().zip(curve.record.first()) {
-            let wanted = match curve.record.second().is_empty() {
-                true => zener().relaxation_moduli(&[*x])[0],
-                false => zener().complex_modulus(*x).re,
+            let wanted = if curve.record.second().is_empty() {
+                zener().relaxation_moduli(&[*x])[0]
+            } else {
+                zener().complex_modulus(*x).re
             };
             assert!((value / wanted - 1.0).abs() < 0.02, "{x}: {value} {wanted}");
         }

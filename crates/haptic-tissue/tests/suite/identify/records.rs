@@ -204,9 +204,12 @@ fn a_record_that_no_model_describes_is_said_to_be_one() {
 fn a_modulus_that_has_decayed_to_rounding_does_not_count() {
     for even in [true, false] {
         let times: Vec<f64> = (1..=400)
-            .map(|n| match even {
-                true => 0.25 * f64::from(n),
-                false => 1e-2 * 1e4_f64.powf(f64::from(n) / 400.0),
+            .map(|n| {
+                if even {
+                    0.25 * f64::from(n)
+                } else {
+                    1e-2 * 1e4_f64.powf(f64::from(n) / 400.0)
+                }
             })
             .collect();
         let moduli = times.iter().map(|t| 1000.0 * libm::exp(-t)).collect();

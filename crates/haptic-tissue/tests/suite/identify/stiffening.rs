@@ -34,9 +34,10 @@ fn least(strain: &[f64], stress: &[f64]) -> f64 {
     let (mut low, mut high, share) = (0.1_f64, 40.0_f64, 0.618_033_988_749_895);
     while high - low > 1e-9 {
         let [first, second] = [1.0 - share, share].map(|share| low + share * (high - low));
-        match elastic(first, strain, stress).1 < elastic(second, strain, stress).1 {
-            true => high = second,
-            false => low = first,
+        if elastic(first, strain, stress).1 < elastic(second, strain, stress).1 {
+            high = second;
+        } else {
+            low = first;
         }
     }
     low

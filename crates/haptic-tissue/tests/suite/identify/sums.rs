@@ -105,12 +105,11 @@ fn a_sum_is_found_with_its_branches_and_makes_a_tissue_and_a_card() {
             .expect("a tissue");
         assert_eq!(tissue.model.kind(), kind, "{name}");
         let series = PronyFit::new(&tissue.model, 10, 0.02, 200.0);
-        match kind == ModelKind::Jeffreys {
-            true => assert!(series.is_err(), "{name}"),
-            false => {
-                let error = series.expect("a series").max_relative_error;
-                assert_close(&name, error, 0.0, 0.0);
-            }
+        if kind == ModelKind::Jeffreys {
+            assert!(series.is_err(), "{name}");
+        } else {
+            let error = series.expect("a series").max_relative_error;
+            assert_close(&name, error, 0.0, 0.0);
         }
     }
 }

@@ -57,9 +57,10 @@ fn felt(points: &[FeltPoint]) -> (&'static str, Vec<Panel<'static>>) {
         ),
     ];
     let mut points = points.iter();
-    let title = match points.any(|at| at.continuous_stiffness_n_per_m.is_some()) {
-        true => "Effective stiffness and damping at the hand",
-        false => "Effective stiffness and damping of the environment",
+    let title = if points.any(|at| at.continuous_stiffness_n_per_m.is_some()) {
+        "Effective stiffness and damping at the hand"
+    } else {
+        "Effective stiffness and damping of the environment"
     };
     (title, panels)
 }

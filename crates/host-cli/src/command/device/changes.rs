@@ -72,9 +72,10 @@ const KEYS: &[Key] = keys! {
 fn limits() -> impl Iterator<Item = Key> {
     Limit::ALL.into_iter().map(|limit| {
         let asked = Range::of(limit);
-        let range = match limit.least_for(0.0) <= 0.0 {
-            true => asked.or_0(),
-            false => asked,
+        let range = if limit.least_for(0.0) <= 0.0 {
+            asked.or_0()
+        } else {
+            asked
         };
         let help = if limit == Limit::Speed {
             "Largest speed; 0 for any"
@@ -357,11 +358,12 @@ fn unless_none<T>(
 }
 
 fn whole(number: f64, what: &str) -> Result<u32, String> {
-    match (number - number.round()).abs() < 1e-6 && number >= 1.0 {
-        true => Ok(number.round() as u32),
-        false => Err(format!(
+    if (number - number.round()).abs() < 1e-6 && number >= 1.0 {
+        Ok(number.round() as u32)
+    } else {
+        Err(format!(
             "is not a whole number of {what}, which a device needs"
-        )),
+        ))
     }
 }
 

@@ -374,9 +374,10 @@ impl Arguments {
         let failed = |error| self.failed(error);
         let (kind_of_port, first) = self.first();
         // Only our own protocol begins with a greeting.
-        let kind_of_port = match kind_of_port == PortKind::Address && kind != Kind::Own {
-            true => PortKind::ForeignAddress,
-            false => kind_of_port,
+        let kind_of_port = if kind_of_port == PortKind::Address && kind != Kind::Own {
+            PortKind::ForeignAddress
+        } else {
+            kind_of_port
         };
         let port = BoardPort::open(kind_of_port, first).map_err(failed)?;
         let facing = self.facing.as_deref();
@@ -392,9 +393,10 @@ impl Arguments {
         let port_report = |port: &BoardPort| {
             let path = port.path();
             let is_named = kind == Kind::Own && tcp_address(&path).is_some();
-            let device = match is_named {
-                true => path.clone(),
-                false => format!("{}:{path}", kind.scheme()),
+            let device = if is_named {
+                path.clone()
+            } else {
+                format!("{}:{path}", kind.scheme())
             };
             json!({"path": path, "device": device})
         };

@@ -41,9 +41,10 @@ pub(super) fn keys_help(keys: impl IntoIterator<Item = (&'static str, &'static s
 pub(super) fn in_range(key: &str, range: Range, text: &str) -> Result<f64, String> {
     doubt(key, text).map_err(|why| format!(": {why}"))?;
     let value = parse_for_key(key, text).map_err(|error| format!(": {error}"))?;
-    match range.contains(value) {
-        true => Ok(value),
-        false => Err(outside(key, range)),
+    if range.contains(value) {
+        Ok(value)
+    } else {
+        Err(outside(key, range))
     }
 }
 

@@ -147,9 +147,10 @@ impl Arguments {
             }
             watch.watched.reconnected += 1;
             // A device of another maker finds its zero when it is opened.
-            let back = match zeroed {
-                false => "the device is back",
-                true => "the device is back, reopened: its position now counts as its start",
+            let back = if !zeroed {
+                "the device is back"
+            } else {
+                "the device is back, reopened: its position now counts as its start"
             };
             note("link", back);
         }
@@ -177,9 +178,10 @@ const FIRST_PAUSE: Duration = Duration::from_millis(50);
 /// Pause before a device is opened again whose session lasted so long: one that fails as soon as it is opened is left alone for ever
 /// longer, up to half a minute.
 fn pause_after(lasted: Duration, before: Duration) -> Duration {
-    match lasted < Duration::from_secs(5) {
-        true => (2 * before).min(Duration::from_secs(30)),
-        false => FIRST_PAUSE,
+    if lasted < Duration::from_secs(5) {
+        (2 * before).min(Duration::from_secs(30))
+    } else {
+        FIRST_PAUSE
     }
 }
 

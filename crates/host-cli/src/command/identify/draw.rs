@@ -45,32 +45,31 @@ pub(super) fn draw(
     let indented = loading.kind.is_some_and(|kind| !kind.is_slab());
     let [x, y, residual] = words(found, indented);
     let oscillates = found.kind == RecordKind::Oscillation;
-    let scale = match found.is_absolute || found.is_staircase {
-        true => Scale::Linear,
-        false => Scale::Log,
+    let scale = if found.is_absolute || found.is_staircase {
+        Scale::Linear
+    } else {
+        Scale::Log
     };
     let across = across(AxisSpec::new(x, scale), &found.x);
     let colour = |n: usize| if n >= RECORD { n + 1 } else { n };
     let upper = Panel::new("record and fit", across, AxisSpec::new(y, scale));
     let [record, loss] = parts(found, &found.measured);
-    let mut upper = match oscillates {
-        true => upper
+    let mut upper = if oscillates {
+        upper
             .with("storage modulus", Look::Markers, RECORD, record)
-            .with("loss modulus", Look::OpenMarkers, RECORD, loss),
-        // The models are seen in open markers, but not in a cloud of them.
-        false => {
-            let step = record.len().div_ceil(SPARSE).max(1);
-            let name = match step {
-                1 => "record".to_owned(),
-                _ => format!("record, 1 of {step} samples"),
-            };
-            upper.with(
-                name,
-                Look::OpenMarkers,
-                RECORD,
-                record.into_iter().step_by(step),
-            )
-        }
+            .with("loss modulus", Look::OpenMarkers, RECORD, loss)
+    } else {
+        let step = record.len().div_ceil(SPARSE).max(1);
+        let name = match step {
+            1 => "record".to_owned(),
+            _ => format!("record, 1 of {step} samples"),
+        };
+        upper.with(
+            name,
+            Look::OpenMarkers,
+            RECORD,
+            record.into_iter().step_by(step),
+        )
     };
     // The chosen one broad, and those that fit about as well dashed on top: all are seen where they agree.
     let chosen = &found.fits[0];
@@ -82,9 +81,10 @@ pub(super) fn draw(
         };
         upper = upper.with(name(found, fit), look, colour(n), curve(found, fit));
     }
-    let caption = match oscillates {
-        true => "model less record (open: loss modulus)",
-        false => "model less record",
+    let caption = if oscillates {
+        "model less record (open: loss modulus)"
+    } else {
+        "model less record"
     };
     let [of_all, of_loss] = parts(found, &residuals(found, chosen));
     let lower = Panel::new(caption, across, linear(residual))

@@ -201,9 +201,10 @@ impl LogRecord {
         let (mut kept, mut limited) = (Vec::new(), 0);
         for tick in &ticks {
             let is_rest = kept.is_empty() && tick.commanded_force_n[0] == 0.0;
-            match tick.limiters == 0 || is_rest {
-                true => kept.push(tick),
-                false => limited += 1,
+            if tick.limiters == 0 || is_rest {
+                kept.push(tick);
+            } else {
+                limited += 1;
             }
         }
         let column = |of: fn(&TickMessage) -> f64| kept.iter().map(|tick| of(tick)).collect();

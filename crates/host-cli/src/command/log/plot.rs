@@ -112,13 +112,14 @@ impl Plot {
                 .map(|log| log.display().to_string())
                 .collect();
         }
-        match names.len() == self.logs.len() && differ(&names) {
-            true => Ok(names),
-            false => Err(Failure::bad_input(format_args!(
+        if names.len() == self.logs.len() && differ(&names) {
+            Ok(names)
+        } else {
+            Err(Failure::bad_input(format_args!(
                 "{} is not a name of its own for each of {} logs: give as many, as in --label before,after",
                 names.join(","),
                 self.logs.len()
-            ))),
+            )))
         }
     }
 
@@ -366,15 +367,17 @@ fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
     let forces = zip(&runs[0].curves[1], &runs[0].curves[9]);
     let product = forces.map(|(hand, contact)| hand * contact);
     let agreement: f64 = product.filter(|product| product.is_finite()).sum();
-    let (contact, sign) = match agreement < 0.0 {
-        true => ("force of the motors", -1.0),
-        false => ("contact force", 1.0),
+    let (contact, sign) = if agreement < 0.0 {
+        ("force of the motors", -1.0)
+    } else {
+        ("contact force", 1.0)
     };
     let panel = |n: usize| {
         let (key, y, scale) = QUANTITIES[n % 2];
-        let (over, x) = match over_depth {
-            true => (Some(n - 1), QUANTITIES[0].1),
-            false => (None, "time / s"),
+        let (over, x) = if over_depth {
+            (Some(n - 1), QUANTITIES[0].1)
+        } else {
+            (None, "time / s")
         };
         let name = caption(key, n / 2, runs[0].axes);
         let mut panel = Panel::new(&name, linear(x), linear(y));
@@ -400,9 +403,10 @@ fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
             panel = panel.with(*name, *look, *colour, runs[0].points(*n, scale, None));
         }
         for (colour, run) in runs.iter().enumerate() {
-            let (name, colour) = match is_alone {
-                true => (&name, n % 2),
-                false => (&run.name, colour),
+            let (name, colour) = if is_alone {
+                (&name, n % 2)
+            } else {
+                (&run.name, colour)
             };
             let points = || run.points(n, scale, over);
             panel = panel.with(name, Look::Line, colour, points());

@@ -107,11 +107,12 @@ pub(super) fn target_of(
 
 /// Exit code 4 for a file made of a cut log: it holds all there is, but not all there was.
 pub(super) fn require_complete(complete: bool, log: &Path, made: &str) -> Result<(), Failure> {
-    match complete {
-        true => Ok(()),
-        false => Err(Failure::data_lost(format_args!(
+    if complete {
+        Ok(())
+    } else {
+        Err(Failure::data_lost(format_args!(
             "`{}` is not whole; `{made}` has what could be read",
             log.display()
-        ))),
+        )))
     }
 }

@@ -44,10 +44,10 @@ fn floods(line: &str, words: &'static [u8], stopped: bool) -> Duration {
     }
     let since = Moment::now();
     let ended = ended(&line, run);
-    let words: &[&str] = match stopped {
-        false => &["does not answer", "no answer to"],
-        // Before the first sample was taken, a question of the start is under way.
-        true => &["interrupted", "stopped without a sample", "no answer to"],
+    let words: &[&str] = if !stopped {
+        &["does not answer", "no answer to"]
+    } else {
+        &["interrupted", "stopped without a sample", "no answer to"]
     };
     assert!(
         words.iter().any(|words| ended.error().contains(words)),

@@ -92,9 +92,10 @@ struct Row {
 
 impl Row {
     fn new(parameter: &Parameter, required: bool) -> Self {
-        let default = match required {
-            true => "required".to_owned(),
-            false => default(parameter),
+        let default = if required {
+            "required".to_owned()
+        } else {
+            default(parameter)
         };
         Self {
             key: parameter.key,
@@ -118,9 +119,10 @@ impl Row {
 
     /// The key alone, with its default if the row that is shown has another one.
     fn named(&self, shown: &Self) -> String {
-        match self.default == shown.default || self.default == "required" {
-            true => format!("`{}`", self.key),
-            false => format!("`{}` ({})", self.key, self.default),
+        if self.default == shown.default || self.default == "required" {
+            format!("`{}`", self.key)
+        } else {
+            format!("`{}` ({})", self.key, self.default)
         }
     }
 }

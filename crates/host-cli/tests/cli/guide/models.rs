@@ -43,13 +43,15 @@ fn solid(modulus_pa: f64, order: f64) -> String {
         (false, true) => ("zener", "second_elastic_modulus_pa"),
         (false, false) => ("maxwell", "elastic_modulus_pa"),
     };
-    let dashpot = match order < 1.0 {
-        true => format!("viscosity_pa_s_alpha = {viscosity:?}\norder = {order}\nsecond_order = 0"),
-        false => format!("viscosity_pa_s = {viscosity:?}"),
+    let dashpot = if order < 1.0 {
+        format!("viscosity_pa_s_alpha = {viscosity:?}\norder = {order}\nsecond_order = 0")
+    } else {
+        format!("viscosity_pa_s = {viscosity:?}")
     };
-    let spring = match modulus_pa > 0.0 {
-        true => format!("elastic_modulus_pa = {modulus_pa:?}\n"),
-        false => String::new(),
+    let spring = if modulus_pa > 0.0 {
+        format!("elastic_modulus_pa = {modulus_pa:?}\n")
+    } else {
+        String::new()
     };
     format!("model = \"{model}\"\n[parameters]\n{spring}{series} = {SERIES:?}\n{dashpot}\n")
 }

@@ -134,9 +134,10 @@ impl Reader<'_> {
             _ if note.is_empty() => {}
             _ => {
                 // A busy machine may be silent for longer than a line.
-                let silence = match block.text.contains("[teleoperation]") {
-                    true => "silence_s = 60\n",
-                    false => "",
+                let silence = if block.text.contains("[teleoperation]") {
+                    "silence_s = 60\n"
+                } else {
+                    ""
                 };
                 self.place.write(note, format!("{}{silence}", block.text));
             }

@@ -60,9 +60,10 @@ fn a_second_device_comes_to_rest_at_the_push_over_the_stiffness_and_is_judged_as
     let mut random = Random(6902);
     let (mut stable, mut unstable, mut rested) = (0, 0, 0);
     while rested < 10 || stable < 20 || unstable < 20 {
-        let mu = match random.chance(0.5) {
-            true => random.between(0.0, 1.4),
-            false => f64::from(random.chance(0.5)),
+        let mu = if random.chance(0.5) {
+            random.between(0.0, 1.4)
+        } else {
+            f64::from(random.chance(0.5))
         };
         let k = random.log_between(200.0, 6e4);
         let b = random.between(0.0, 4.0);

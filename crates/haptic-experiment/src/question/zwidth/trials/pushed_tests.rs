@@ -155,9 +155,10 @@ impl Bench for VirtualBench {
         for _ in 0..ticks {
             self.tick();
             if let Some(fault) = Fault::from_code(self.side.status().fault) {
-                trial = match is_answer(fault) {
-                    true => Trial::Tripped(fault),
-                    false => return Err(Failure::device(format_args!("handle: {fault}"))),
+                trial = if is_answer(fault) {
+                    Trial::Tripped(fault)
+                } else {
+                    return Err(Failure::device(format_args!("handle: {fault}")));
                 };
                 break;
             }
@@ -210,9 +211,10 @@ struct Morning {
 impl Night {
     fn of(keys: &str) -> Self {
         let text = format!("[zwidth]\nwindow_s = 0.4\npush_by = \"device\"\n{keys}");
-        let text = match keys.contains("sample_time_s") {
-            true => text,
-            false => text + "\nsample_time_s = 2e-3",
+        let text = if keys.contains("sample_time_s") {
+            text
+        } else {
+            text + "\nsample_time_s = 2e-3"
         };
         let document = Document::of_text(Path::new("z.toml"), &text);
         let document = document.parse().expect("TOML");

@@ -60,9 +60,10 @@ fn limits(set: &Limits) -> Vec<Value> {
         let set = set.map(f64::from);
         // Set values are in single precision.
         let is_tight = set.is_some_and(|set| set.abs() <= most * (1.0 + 1e-6));
-        let first_time = match key.ends_with("low_m") {
-            true => format!("{} or above", written(key, -most)),
-            false => format!("{} or less", written(key, most)),
+        let first_time = if key.ends_with("low_m") {
+            format!("{} or above", written(key, -most))
+        } else {
+            format!("{} or less", written(key, most))
         };
         json!({
             "limit": label(key),
