@@ -453,7 +453,11 @@ fn chosen<'a>(
     let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok();
     let any = places.clone().any(|(_, fit)| sound(fit));
     let places = places.filter(|(_, fit)| !any || sound(fit));
-    let near = places.clone().find(|(index, _)| !leaves_more(*index));
+    // A sum leaves no more by what it is: it is chosen by its BIC alone.
+    let first = places.clone().next()?.0;
+    let near = places.clone().find(|(index, fit)| {
+        !leaves_more(*index) && (*index == first || fit.kind != ModelKind::Prony)
+    });
     let is_refused = near.is_none();
     let good = near.or_else(|| places.clone().next())?.1.bic + AS_GOOD;
     let mut good: Vec<(usize, &Fit)> = places.filter(|(_, fit)| fit.bic <= good).collect();
