@@ -450,7 +450,13 @@ fn chosen<'a>(
         return places.position(|(_, fit)| fit.kind == wanted);
     }
     // A fit that has degenerated to a simpler model, or is not settled, makes no tissue; it is chosen only if there is no other.
-    let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok();
+    // Nor does a series of modes that the record does not tell apart.
+    let is_known = |one: &Estimate| {
+        one.standard_error
+            .is_some_and(|error| error < 0.5 * one.value)
+    };
+    let is_told = |fit: &Fit| fit.kind != ModelKind::Prony || fit.parameters.iter().all(is_known);
+    let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok() && is_told(fit);
     let any = places.clone().any(|(_, fit)| sound(fit));
     let places = places.filter(|(_, fit)| !any || sound(fit));
     // A sum leaves no more by what it is: it is chosen by its BIC alone.
