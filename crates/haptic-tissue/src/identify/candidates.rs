@@ -438,6 +438,9 @@ pub(super) fn choose<'a>(
     chosen(fits, wanted, &|_| false)
 }
 
+/// Of what a sum leaves, what a model with fewer numbers may leave without being missed.
+const LITTLE: f64 = 1.25;
+
 /// Index of the wanted model in fits sorted by BIC; else of the one with the fewest parameters within [`AS_GOOD`] of the best that leaves no
 /// more than the reference, of all if each leaves more.
 fn chosen<'a>(
@@ -459,11 +462,16 @@ fn chosen<'a>(
     let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok() && is_told(fit);
     let any = places.clone().any(|(_, fit)| sound(fit));
     let places = places.filter(|(_, fit)| !any || sound(fit));
-    // A sum leaves no more by what it is: it is chosen by its BIC alone.
-    let first = places.clone().next()?.0;
-    let near = places.clone().find(|(index, fit)| {
-        !leaves_more(*index) && (*index == first || fit.kind != ModelKind::Prony)
-    });
+    // A sum leaves no more by what it is: it is no choice beside a model with fewer numbers that leaves little more than it.
+    let is_sum = |fit: &Fit| fit.kind == ModelKind::Prony;
+    let all = places.clone();
+    let is_needless = |sum: &Fit| {
+        let few =
+            |fit: &Fit| fit.parameters.len() < sum.parameters.len() && fit.rms <= LITTLE * sum.rms;
+        all.clone().any(|(_, fit)| !is_sum(fit) && few(fit))
+    };
+    let places = places.filter(|(_, fit)| !is_sum(fit) || !is_needless(fit));
+    let near = places.clone().find(|(index, _)| !leaves_more(*index));
     let is_refused = near.is_none();
     let good = near.or_else(|| places.clone().next())?.1.bic + AS_GOOD;
     let mut good: Vec<(usize, &Fit)> = places.filter(|(_, fit)| fit.bic <= good).collect();
