@@ -225,7 +225,7 @@ fn plants_of_nature_of_coarse_sensors_and_of_none_are_what_they_are() {
         let most = if kind == "without a response" {
             0
         } else {
-            count / 10
+            count.div_ceil(10)
         };
         assert!(misses.len() as u64 <= most, "{kind}");
     }
