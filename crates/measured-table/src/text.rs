@@ -134,15 +134,18 @@ pub fn read_record<const N: usize>(
     });
     let notes = by_another.collect();
     let time = places.first().copied().flatten();
-    if let Some(since) = time.and_then(|time| chosen.block.instants(time)) {
+    let since = time.and_then(|time| chosen.block.instants(time));
+    if since.is_some() {
         places[0] = None;
-        let mut found = chosen.numbers(places)?;
+    }
+    let mut found = RecordColumns {
+        notes,
+        ..chosen.numbers(places)?
+    };
+    if let Some(since) = since {
         found.columns[0] = since;
-        found.notes = notes;
         return Ok(found);
     }
-    let mut found = chosen.numbers(places)?;
-    found.notes = notes;
     let Some(time) = time else {
         let lacks = chosen.block.blank.or(found.gaps.first().copied());
         return lacks.map_or(Ok(found), |line| Err(wrong(line, NO_VALUE)));

@@ -12,7 +12,7 @@ use super::record::{InputOutput, count_of, left, neighbours, resolved};
 use crate::autoregression::Autoregression;
 use crate::identify::{Free, UNFIT, identify_by};
 use crate::{ControlError, DeadTime, FractionalTransferFunction, Identified, InputOutputRecord};
-use core::f64::consts::{E, PI};
+use core::f64::consts::{E, PI, SQRT_2};
 use core::slice::from_ref;
 use rayon::prelude::*;
 use std::vec::Vec;
@@ -55,7 +55,7 @@ const STEPS: usize = 40;
 /// Within half a count all models are alike, but none goes further from a row without noise, which n·ln of a variance does not see.
 fn deviance_of_counts(left: &[f64], count: f64) -> f64 {
     let of = |logarithm: f64| {
-        let unit = core::f64::consts::SQRT_2 * libm::exp(logarithm);
+        let unit = SQRT_2 * libm::exp(logarithm);
         let half = |distance: f64| libm::erfc(distance / unit);
         let terms = left.iter().map(|r| {
             let r = r.abs();

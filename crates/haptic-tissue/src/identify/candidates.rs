@@ -438,7 +438,7 @@ pub(super) fn choose<'a>(
     chosen(fits, wanted, &|_| false)
 }
 
-/// Of what a sum leaves, what a model with fewer numbers may leave without being missed.
+/// Of what a series leaves, what a model with fewer numbers may leave without being missed.
 const LITTLE: f64 = 1.25;
 
 /// Index of the wanted model in fits sorted by BIC; else of the one with the fewest parameters within [`AS_GOOD`] of the best that leaves no
@@ -458,19 +458,20 @@ fn chosen<'a>(
         one.standard_error
             .is_some_and(|error| error < 0.5 * one.value)
     };
-    let is_told = |fit: &Fit| fit.kind != ModelKind::Prony || fit.parameters.iter().all(is_known);
+    let is_series = |fit: &Fit| fit.kind == ModelKind::Prony;
+    let is_told = |fit: &Fit| !is_series(fit) || fit.parameters.iter().all(is_known);
     let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok() && is_told(fit);
     let any = places.clone().any(|(_, fit)| sound(fit));
     let places = places.filter(|(_, fit)| !any || sound(fit));
-    // A sum leaves no more by what it is: it is no choice beside a model with fewer numbers that leaves little more than it.
-    let is_sum = |fit: &Fit| fit.kind == ModelKind::Prony;
+    // A series leaves no more by what it is: it is no choice beside a model with fewer numbers that leaves little more than it.
     let all = places.clone();
-    let is_needless = |sum: &Fit| {
-        let few =
-            |fit: &Fit| fit.parameters.len() < sum.parameters.len() && fit.rms <= LITTLE * sum.rms;
-        all.clone().any(|(_, fit)| !is_sum(fit) && few(fit))
+    let is_needless = |series: &Fit| {
+        let few = |fit: &Fit| {
+            fit.parameters.len() < series.parameters.len() && fit.rms <= LITTLE * series.rms
+        };
+        all.clone().any(|(_, fit)| !is_series(fit) && few(fit))
     };
-    let places = places.filter(|(_, fit)| !is_sum(fit) || !is_needless(fit));
+    let places = places.filter(|(_, fit)| !is_series(fit) || !is_needless(fit));
     let near = places.clone().find(|(index, _)| !leaves_more(*index));
     let is_refused = near.is_none();
     let good = near.or_else(|| places.clone().next())?.1.bic + AS_GOOD;

@@ -389,11 +389,12 @@ pub(super) fn found(
     let (plain, filtered) = (target.averaged(), reference.target());
     let is_creep = target.quantity() == Some(Quantity::Creep);
     let noise = reference.noise();
+    let times = plain.ln_times();
     let criteria = |sum: &Sum| {
         let left = plain.through(&sum.misses(&plain));
         let deviance = noise.deviance(&plain.series(&left), plain.floor);
         let numbers = sum.values().len() + plain.nuisance + noise.order();
-        let searched = searched(sum.decays().len(), plain.ln_times());
+        let searched = searched(sum.decays().len(), times);
         (plain.len() > numbers + 2).then(|| {
             let [aic, bic] = criteria_of(plain.len(), deviance, numbers);
             [aic, bic + searched]

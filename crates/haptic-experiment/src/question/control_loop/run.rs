@@ -253,16 +253,19 @@ impl ControlLoop {
             Some(run) => run.coarse.is_none().then_some(run.verdict.stable),
             None => Some(plant.stable_by_itself().is_ok()),
         };
-        match (stable, closed) {
-            (Some(true), _) => {}
-            (_, None) => warnings.push(
-                "the plant does not come to rest: its output goes on as long as the run".to_owned(),
-            ),
-            (stable, Some(_)) => {
-                let what = stable.map_or("too fast for the sampled model", |_| "unstable");
-                warnings.push(format!("the loop is {what}: see control analyze"));
+        warnings.extend(
+            match (closed, stable) {
+                (_, Some(true)) => None,
+                (None, _) => {
+                    Some("the plant does not come to rest: its output goes on as long as the run")
+                }
+                (Some(_), Some(false)) => Some("the loop is unstable: see control analyze"),
+                (Some(_), None) => {
+                    Some("the loop is too fast for the sampled model: see control analyze")
+                }
             }
-        }
+            .map(str::to_owned),
+        );
         let shape = |run: &LoopRun| run.shape.as_ref().map(|found| shape(found, t));
         let report = json!({
             "plant": self.plant.words,
