@@ -216,7 +216,7 @@ impl ModelKind {
 
     /// True of a sum of Maxwell elements, which is fitted by its [modes](crate::identify), not by its elements.
     #[cfg(feature = "identify")]
-    pub(crate) const fn is_sum(self) -> bool {
+    pub const fn is_sum(self) -> bool {
         matches!(self, Self::Jeffreys | Self::Prony)
     }
 

@@ -207,13 +207,11 @@ fn library(cases: impl Fn(usize) -> bool) {
         let found = fit(&record, &options);
         let name = &material.name;
         assert_eq!(found.fits[0].kind, material.model.kind(), "{name} {way:?}");
-        let count = options.candidates.len();
-        assert_eq!(
-            found.fits.len(),
-            count,
-            "{name} {way:?}: {:?}",
-            found.warnings
-        );
+        // A sum of Maxwell elements is one only where the record shows its modes.
+        let single = |kind: &ModelKind| !kind.is_sum();
+        let wanted = options.candidates.iter().copied().filter(single).count();
+        let fitted = found.fits.iter().map(|fit| fit.kind).filter(single).count();
+        assert_eq!(fitted, wanted, "{name} {way:?}: {:?}", found.warnings);
     }
 }
 
