@@ -1,7 +1,7 @@
 //! Plants of nature, of coarse sensors and of none: what the search finds where no model is named.
 //!
 //! Of each ten cases three are cells and heated rods, three are plants whose output is read in counts, and two have an input that does nothing; the
-//! other two have a row that cannot be, which the reading of tables leaves out. `CAMPAIGN_CASES` sets how many.
+//! other two, with rows that cannot be, are of the reading of tables. `CAMPAIGN_CASES` sets how many.
 
 use crate::sums::{Cell, LENGTHS, normal, pulses};
 use fractional_control::model_search::{

@@ -90,11 +90,17 @@ fn lone(signal: &[f64]) -> Vec<usize> {
     out.map(|(row, _)| row).collect()
 }
 
-/// Leaves out, as NaN, the outputs of rows that cannot be, as a line that a serial port has spoilt; `None` without such rows. Where the input has such rows too, or
-/// there are many, they are what was recorded.
+/// Rows within which an output may answer a pulse of the input.
+const ANSWER: usize = 10;
+
+/// Leaves out, as NaN, the outputs of rows that cannot be, as a line that a serial port has spoilt; `None` without such rows. Just behind a row of
+/// the input that is such too they are its answer, and where there are many they are what was recorded.
 pub(crate) fn leave_out_lone_outputs(record: &mut InputOutput, lines: &[u64]) -> Option<String> {
-    let rows = lone(&record.output);
-    if !lone(&record.input).is_empty() || rows.len() > 3 + record.output.len() / RARE {
+    let pulses = lone(&record.input);
+    let answers = |row: &usize| pulses.iter().any(|at| (*at..=at + ANSWER).contains(row));
+    let mut rows = lone(&record.output);
+    rows.retain(|row| !answers(row));
+    if rows.len() > 3 + record.output.len() / RARE {
         return None;
     }
     rows.iter().for_each(|row| record.output[*row] = f64::NAN);
@@ -267,7 +273,8 @@ mod tests {
         );
         let mut pulse = steady.clone();
         pulse[89] = 50.0;
-        assert_eq!(spoilt(&[(90, 10.0)], pulse), (None, vec![]));
+        assert_eq!(spoilt(&[(90, 10.0)], pulse.clone()), (None, vec![]));
+        assert_eq!(spoilt(&[(150, 10.0)], pulse).1, [150]);
         // A step stays, and what happens again and again is the plant.
         let step: Vec<(usize, f64)> = (100..200).map(|row| (row, 30.0)).collect();
         assert_eq!(spoilt(&step, steady.clone()), (None, vec![]));

@@ -6,6 +6,7 @@ mod design;
 mod difference;
 mod law;
 mod log;
+mod spoilt_rows;
 mod touch;
 
 use haptic_experiment::document::Document;
