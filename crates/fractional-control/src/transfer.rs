@@ -82,6 +82,20 @@ impl FractionalTransferFunction {
         &self.denominator
     }
 
+    /// G(s) where s goes to 0: infinite where it integrates, 0 where it differentiates.
+    #[must_use]
+    pub fn gain_at_rest(&self) -> f64 {
+        let [above, below] = [&self.numerator, &self.denominator].map(|side| {
+            let term = side.terms().last();
+            term.map_or((0.0, 0.0), |term| (term.coefficient, term.order))
+        });
+        match (above.1 > 0.0, below.1 > 0.0) {
+            (true, _) => 0.0,
+            (false, true) => f64::INFINITY.copysign(above.0 / below.0),
+            (false, false) => above.0 / below.0,
+        }
+    }
+
     /// True if all orders are integers.
     #[must_use]
     pub fn is_whole(&self) -> bool {

@@ -55,6 +55,50 @@ pub struct Validation {
     pub fit: f64,
 }
 
+/// Share by which two functions differ, in the error of a simulation and in their gains at rest, where a person is asked to choose.
+const APART: f64 = 0.1;
+
+/// The function that follows a record better than the first in simulation, by a tenth of its root mean square, and has another gain at rest by a
+/// tenth; with what the first leaves and what this one does. The first is chosen by the next sample, in the noise that it leaves: where that is slow,
+/// a wrong gain costs it little.
+///
+/// The record is `other`, where there is one (see [`validate`]), else their own: there each number has the price of Schwarz's criterion in white
+/// noise, and what adds up is no other, for so it follows a drift.
+#[must_use]
+pub fn nearer_in_simulation<'a>(
+    found: &'a [Found],
+    record: &InputOutput,
+    other: Option<&InputOutput>,
+    held: bool,
+) -> Option<(&'a Found, [f64; 2])> {
+    let samples = record.output.len() as f64;
+    let gain = |found: &Found| found.identified.function.gain_at_rest();
+    let tried = |found: &Found| match other {
+        Some(other) => {
+            let left = validate(found, record.start, other, held)?.rms_residual;
+            Some((left, libm::log(left)))
+        }
+        None => {
+            let left = found.identified.rms_residual;
+            let price = 0.5 * found.numbers() as f64 * libm::log(samples) / samples;
+            Some((left, libm::log(left) + price))
+        }
+    };
+    let first = found.first()?;
+    let (of_first, most) = tried(first)?;
+    let is_other = |instead: &&Found| {
+        let [gain, instead] = [gain(first), gain(instead)];
+        let is_alike = gain.total_cmp(&instead).is_eq() || (instead / gain - 1.0).abs() <= APART;
+        !is_alike && (other.is_some() || instead.is_finite())
+    };
+    let others = found.iter().filter(is_other);
+    let others = others.filter_map(|found| Some((found, tried(found)?)));
+    let nearest = others.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
+    let nearest =
+        nearest.filter(|(_, (left, price))| (1.0 + APART) * left < of_first && *price < most);
+    nearest.map(|(nearest, (left, _))| (nearest, [of_first, left]))
+}
+
 /// Runs a function over another record, its coefficients and dead time as they are. Where the plant is when that begins is found again, unless both
 /// begin at rest; `None` if it does not run.
 #[must_use]

@@ -4,8 +4,10 @@
 
 use crate::fixture::searched;
 use fracdiff::Seconds;
-use fractional_control::model_search::{Found, InputOutput, find_start};
-use fractional_control::{FreeNumber, HeldPlant, Plant, PowerMemory, Rule};
+use fractional_control::model_search::{Found, InputOutput, find_start, nearer_in_simulation};
+use fractional_control::{
+    FractionalTransferFunction, FreeNumber, HeldPlant, Plant, PowerMemory, Rule, Term,
+};
 use rayon::prelude::*;
 use testkit::{Random, assert_close, assert_relative};
 
@@ -122,22 +124,14 @@ fn found(mut record: InputOutput) -> Vec<Found> {
 /// The gain at rest, and its relative error.
 fn rest(found: &Found) -> (f64, f64) {
     let fit = &found.identified;
-    let (above, below) = (fit.function.numerator(), fit.function.denominator());
-    let [Some(b), Some(a)] = [above, below].map(|side| side.terms().last()) else {
-        return (0.0, f64::INFINITY);
-    };
-    let last = FreeNumber::NumeratorCoefficient(above.terms().len() - 1);
-    let error = fit
-        .standard_errors
-        .iter()
-        .find(|(number, _)| *number == last);
-    match (b.order, a.order) {
-        (0.0, 0.0) => (
-            b.coefficient / a.coefficient,
-            error.map_or(0.0, |fit| fit.1),
-        ),
-        _ => (f64::INFINITY, f64::INFINITY),
+    let gain = fit.function.gain_at_rest();
+    if gain == 0.0 || gain.is_infinite() {
+        return (gain, f64::INFINITY);
     }
+    let last = FreeNumber::NumeratorCoefficient(fit.function.numerator().terms().len() - 1);
+    let mut errors = fit.standard_errors.iter();
+    let error = errors.find(|(number, _)| *number == last);
+    (gain, error.map_or(0.0, |fit| fit.1))
 }
 
 #[test]
@@ -229,6 +223,49 @@ fn a_furnace_that_drifts_is_one_lag_behind_its_dead_time() {
         assert_close(&what, best.dead_time.seconds(), 24.0, 3.0);
         // The error of the gain is that of slow noise: some hundredths, not a thousandth.
         assert!((0.02..0.2).contains(&rest(&found[0]).1), "{what}");
+    }
+}
+
+/// The gain of a plant beside a slow disturbance, with one that is wrong put first: the right one is nearer in simulation, of this record and of
+/// another; put first there is none.
+#[test]
+fn a_function_with_another_gain_that_is_nearer_in_simulation_is_told() {
+    let case = |seed: u64| {
+        let mut random = Random(seed);
+        let input = Input::Binary.signal(300, 12.0, &mut random);
+        let mut x = 0.0;
+        let clean = input.iter().map(|u| {
+            let now = x;
+            x += (u - x) / 12.0;
+            2.0 * now
+        });
+        let clean: Vec<f64> = clean.collect();
+        let noise = slow(0.9, 300, &mut random);
+        let pairs = clean.iter().zip(&noise);
+        InputOutput {
+            time_s: (0..300).map(f64::from).collect(),
+            output: pairs.map(|(y, noise)| 20.0 + y + 0.05 * noise).collect(),
+            input,
+            ..InputOutput::default()
+        }
+    };
+    let (mut record, other) = (case(1), case(2));
+    find_start(&mut record, true, None);
+    let right = searched(&record, None).expect("some function fits");
+    assert_relative("gain", rest(&right[0]).0, 2.0, 0.1);
+    let mut wrong = right[0].clone();
+    let halved = [Term::new(1.0, 0.0)];
+    let below = [Term::new(12.0, 1.0), Term::new(1.0, 0.0)];
+    wrong.identified.function = FractionalTransferFunction::new(&halved, &below).expect("a lag");
+    wrong.identified.parts = vec![wrong.identified.function];
+    wrong.identified.rms_residual *= 2.0;
+    let found = [wrong, right[0].clone()];
+    for other in [None, Some(&other)] {
+        let (instead, [first, least]) =
+            nearer_in_simulation(&found, &record, other, true).expect("another");
+        assert_eq!(instead, &right[0]);
+        assert!(first > 1.5 * least, "{first} {least}");
+        assert_eq!(nearer_in_simulation(&right, &record, other, true), None);
     }
 }
 

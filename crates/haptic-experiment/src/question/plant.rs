@@ -17,7 +17,7 @@ use crate::run::plant_file::{MeasuredPoints, function_file};
 use fracdiff::Seconds;
 use fractional_control::model_search::{
     Found, InputOutput, Wanted, candidates, candidates_of, dead_time_evidence, find_start,
-    identify, validate,
+    identify, nearer_in_simulation, validate,
 };
 use fractional_control::{ControlError, DeadTime, Plant, SumOfParts};
 use haptic_quantity::{digits, number, parse_for_key, short};
@@ -25,7 +25,7 @@ use keys::{FIRST_ROW, MODEL, PLANT_COLUMNS, POLES, PlantForm, ROW_TIME, SMOOTH, 
 use measured_table::{
     Choice, ResponseColumn, has_frequencies, read_record, read_response, rows_named,
 };
-use report::{PlantReport, Tried, counted_from, remedies, rounded};
+use report::{PlantReport, Tried, counted_from, nearer, remedies, rounded};
 use response::{ResponseAnswer, ResponseReport};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -441,7 +441,13 @@ impl PlantQuestion {
             })
         });
         let report = PlantReport::of(&found, best, &record, evidence.flatten(), tried.as_ref());
-        let report = report.warned(notes);
+        let mut report = report.warned(notes);
+        let second = tried.as_ref().map(|tried| &tried.record);
+        let instead = |other| nearer_in_simulation(&found, &record, other, self.held);
+        let own = instead(None).map(|instead| nearer(best, instead, "this record"));
+        let second = second.and_then(|second| instead(Some(second)));
+        let second = second.map(|instead| nearer(best, instead, "the second record"));
+        report.warnings.extend(own.into_iter().chain(second));
         let best = best.clone();
         Ok(PlantAnswer {
             report,

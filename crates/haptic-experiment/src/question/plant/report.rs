@@ -406,6 +406,32 @@ fn worse(tried: &Tried, best: &Found) -> Option<String> {
     })
 }
 
+/// Another function that follows the record, or a second one, better in simulation.
+pub(super) fn nearer(
+    best: &Found,
+    (other, [own, least]): (&Found, [f64; 2]),
+    record: &str,
+) -> String {
+    let functions = [(best, own), (other, least)].map(|(found, left)| {
+        let function = &found.identified.function;
+        let gain = function.gain_at_rest();
+        let gain = if gain.is_infinite() {
+            "none, as it adds up".to_owned()
+        } else {
+            digits(gain, 4)
+        };
+        let left = digits(left, 3);
+        format!(
+            "{} (rms {left}, gain at rest {gain})",
+            rounded(&found.identified)
+        )
+    });
+    let [chosen, other] = functions;
+    format!(
+        "{chosen} is chosen by the next sample; in simulation over {record} {other} is nearer: record for longer with more jumps of the input, or give {MODEL}"
+    )
+}
+
 /// Another function with another dead time that fits as well, or an interval that is long.
 fn unsure(evidence: &DeadTimeEvidence<'_>, best: &Found) -> Option<String> {
     let Some(other) = evidence.instead else {
