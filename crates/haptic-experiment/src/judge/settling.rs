@@ -35,8 +35,8 @@ use crate::run::ending::{AT_LIMIT, Ending, MotorPush};
 use crate::run::tap::TappedLaw;
 use serde::Serialize;
 
-/// Time for which the force may be at its limit, s.
-const SATURATED_S: f64 = 0.05;
+/// Time for which the force may be at its limit, s, in any run: a share of it would allow a longer one more.
+pub(crate) const SATURATED_S: f64 = 0.05;
 
 /// By which rule a trial is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

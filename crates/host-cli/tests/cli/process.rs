@@ -82,10 +82,13 @@ impl Place {
         self.run_arguments(&words(line), input)
     }
 
-    /// Runs `host-cli ARGUMENTS` here.
+    /// Runs `host-cli ARGUMENTS` here, or that of another platform: `PLATFORM_CLI="qemu-aarch64 -L FOLDER PATH"`.
     pub(crate) fn run_arguments(&self, arguments: &[impl AsRef<OsStr>], input: &[u8]) -> Ended {
-        let mut command = assert_cmd::Command::new(binary());
-        let command = command.args(arguments).current_dir(&*self.0);
+        let other = std::env::var("PLATFORM_CLI").unwrap_or_default();
+        let mut other = words(&other).into_iter();
+        let program = other.next().map_or(binary(), Path::new);
+        let mut command = assert_cmd::Command::new(program);
+        let command = command.args(other).args(arguments).current_dir(&*self.0);
         let command = command.env(Remembered::VARIABLE, self.path("state"));
         let output = command.write_stdin(input).timeout(PATIENCE).output();
         Ended::new(

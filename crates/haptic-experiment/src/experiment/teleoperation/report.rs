@@ -11,6 +11,7 @@ use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
 use crate::judge::report::{Files, Report, RunReport, rows, unmet};
 use crate::judge::sensed::SensedForce;
+use crate::judge::settling::SATURATED_S;
 use crate::judge::warnings::Warnings;
 use crate::judge::{Curves, Drawing, Published, percent};
 use crate::run::ending::Ending;
@@ -36,7 +37,7 @@ pub(crate) enum TeleoperationVerdict {
     GaveEnergy,
     /// The line gave none, but the forces held over a sample gave the devices more than their damping took.
     HeldForcesGaveEnergy,
-    /// A force was at its limit in more than 1 % of the samples.
+    /// A force was at its limit for more than 50 ms.
     Saturated,
     /// A side heard nothing for too long.
     Silent,
@@ -391,8 +392,6 @@ const DRAWN: [&str; 6] = [
     "taken_j",
 ];
 
-/// Share of the samples in which a force may be at its limit.
-pub(super) const SATURATED_SHARE: f64 = 0.01;
 /// Energy of rounding errors, as a share of what went back and forth.
 const ROUNDING: f64 = 1e-12;
 
@@ -401,7 +400,7 @@ pub(super) struct Judge {
     /// Master, hand, slave, place: places and forces from outside.
     spectrum: Spectrum<4>,
     from_s: f64,
-    samples: u64,
+    sample_time_s: f64,
     saturated: u64,
     last_m: [f64; 2],
     exchanged_j: f64,
@@ -419,12 +418,12 @@ impl Judge {
             spectrum: Spectrum::new(omegas.collect()),
             // Whole samples; times are multiples of T, rounded.
             from_s: experiment.duration_s - experiment.window_s + 0.5 * t,
+            sample_time_s: t,
             ..Self::default()
         }
     }
 
     pub(super) fn see(&mut self, tick: &PairTick) {
-        self.samples += 1;
         let [master, slave] = tick.sides;
         for (n, side) in tick.sides.iter().enumerate() {
             self.peaks_n[n] = self.peaks_n[n].max(side.force_n.abs());
@@ -457,12 +456,12 @@ impl Judge {
             .ports()
             .into_iter()
             .any(|port| port.is_silent() || !port.has_heard());
-        let share = self.saturated as f64 / self.samples.max(1) as f64;
+        let saturated_s = self.saturated as f64 * self.sample_time_s;
         if silent {
             TeleoperationVerdict::Silent
         } else if !whole {
             TeleoperationVerdict::Unfinished
-        } else if share > SATURATED_SHARE {
+        } else if saturated_s > SATURATED_S {
             TeleoperationVerdict::Saturated
         } else if self.counts(self.given_most_j) {
             TeleoperationVerdict::GaveEnergy

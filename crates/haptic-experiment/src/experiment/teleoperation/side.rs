@@ -4,13 +4,14 @@
 
 use super::line::{End, Line, unusable};
 use super::pair::Body;
-use super::report::{SATURATED_SHARE, TeleoperationVerdict};
+use super::report::TeleoperationVerdict;
 use super::{HandMotion, MUST_BE_PASSIVE, TeleoperationExperiment};
 use crate::document::failure::Failure;
 use crate::document::parameters::{SAMPLE_TIME, SKIPPED_SHARE};
 use crate::experiment::kind::Experiment as _;
 use crate::judge::decimated::Decimated;
 use crate::judge::report::{Files, Rows, rows};
+use crate::judge::settling::SATURATED_S;
 use crate::judge::{Drawing, Published};
 use crate::run::ending::Ending;
 use crate::run::folder::{FolderRequest, OutputFolder, Table};
@@ -416,9 +417,9 @@ impl Side<'_> {
         self.tick as f64 * self.sample_time_s
     }
 
-    /// True if a force was at its limit in more of the ticks than a passive run may have.
+    /// True if a force was at its limit for longer than a passive run may have.
     fn is_saturated(&self) -> bool {
-        self.at_limit as f64 > SATURATED_SHARE * self.tick as f64
+        self.at_limit as f64 * self.sample_time_s > SATURATED_S
     }
 
     /// All ticks, until the force is zero again: why it ended, and the time from the last message to zero, if that was silence.

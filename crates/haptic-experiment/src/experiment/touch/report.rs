@@ -13,6 +13,7 @@ use crate::judge::report::{
     Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
 };
 use crate::judge::sensed::SensedForce;
+use crate::judge::settling::SATURATED_S;
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
 use crate::run::Ran;
@@ -38,7 +39,7 @@ pub(crate) enum TouchVerdict {
     GaveEnergy,
     /// On a device, whose hand nobody measures: the shape was rendered within its limits.
     Rendered,
-    /// A limiter of the safety chain other than the guard acted in more than 1 % of the samples.
+    /// A limiter of the safety chain other than the guard acted for more than 50 ms.
     Saturated,
     /// It did not reach its end.
     Unfinished,
@@ -60,8 +61,6 @@ impl TouchVerdict {
 const CURVES: usize = 8;
 /// A share of the energy that went through the hand that is rounding.
 const ROUNDING: f64 = 1e-9;
-/// Limited samples that make no touch saturated, as a share.
-const LIMITED: f64 = 0.01;
 /// Largest number of samples of a retraction: Ting's contact costs their square.
 const RETRACED: usize = 4000;
 /// Points of the outline of a disc.
@@ -146,17 +145,17 @@ impl TouchExperiment {
     }
 
     fn verdict(&self, record: &Record, energy: Option<HandEnergy>) -> TouchVerdict {
-        let share = |count: usize| count as f64 / record.samples.max(1) as f64;
         // A guard is a limiter too, and there to act, as is the start ramp of a device; the limit of the force is not.
         let limited = match (self.safety.guard, &self.conduct.remote) {
-            (GuardChoice::Off, None) => share(record.limited as usize),
-            _ => share(self.at_limit(record)),
+            (GuardChoice::Off, None) => record.limited,
+            _ => self.at_limit(record),
         };
+        let limited_s = limited as f64 * self.sample_time().0;
         if record.ended.is_some() {
             TouchVerdict::Unfinished
         } else if energy.is_some_and(|energy| energy.most_j > ROUNDING * energy.moved_j) {
             TouchVerdict::GaveEnergy
-        } else if limited > LIMITED {
+        } else if limited_s > SATURATED_S {
             TouchVerdict::Saturated
         } else if energy.is_none() {
             TouchVerdict::Rendered
@@ -166,13 +165,13 @@ impl TouchExperiment {
     }
 
     /// Samples whose force is as large as it may be.
-    fn at_limit(&self, record: &Record) -> usize {
+    fn at_limit(&self, record: &Record) -> u64 {
         let most = (1.0 - ROUNDING) * self.force_limit_n;
         // A device may have a lower limit, and rounds to single precision.
         let at_limit = |sample: &&KeptSample| {
             sample.force_n.abs() >= most || sample.limiters & Limiters::MAGNITUDE.bits() != 0
         };
-        record.whole.iter().flatten().filter(at_limit).count()
+        record.whole.iter().flatten().filter(at_limit).count() as u64
     }
 
     fn warnings(&self, ran: &Ran, verdict: TouchVerdict, energy: Option<HandEnergy>) -> Warnings {
