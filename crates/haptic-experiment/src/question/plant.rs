@@ -446,7 +446,8 @@ impl PlantQuestion {
         let instead = |other| nearer_in_simulation(&found, &record, other, self.held);
         let own = instead(None).map(|instead| nearer(best, instead, "this record"));
         let second = second.and_then(|second| instead(Some(second)));
-        let second = second.map(|instead| nearer(best, instead, "the second record"));
+        let name = format!("the record of {VALIDATE}");
+        let second = second.map(|instead| nearer(best, instead, &name));
         report.warnings.extend(own.into_iter().chain(second));
         let best = best.clone();
         Ok(PlantAnswer {

@@ -368,7 +368,8 @@ fn poles_stable_validate_and_a_first_dead_time_are_heard() {
     assert!(!function.contains("s^"), "{function}");
     assert_eq!(found["unstable_poles"], 0);
     assert!(number(&found["validation"], "fit") < 0.8, "{found}");
-    assert_says(ended.error(), "--validate & times as much as of its own");
+    let said = "--validate & times as much as of its own & over the record of --validate & nearer";
+    assert_says(&ended.stderr, said);
     let refused = place.run("control identify one.csv --poles 5");
     assert_says(refused.failed(2).error(), "5 & from 1 to 4");
 }

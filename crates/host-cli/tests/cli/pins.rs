@@ -111,6 +111,8 @@ fn held(line: &str, document: &str) -> String {
     }
     let before = place.files();
     let ended = place.run(&format!("{line} --json"));
+    // Shown where a pin has changed.
+    println!("{ended}");
     let mut held = format!("code {}\n", ended.code.expect("ends by itself"));
     if let Ok(mut json) = serde_json::from_str::<Value>(&ended.stdout) {
         // By name, whatever the order of a report.
