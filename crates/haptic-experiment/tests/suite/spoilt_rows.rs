@@ -2,7 +2,8 @@
 //!
 //! `CAMPAIGN_CASES` sets how many.
 
-use fractional_control::SumOfParts;
+use fracdiff::Seconds;
+use fractional_control::{HeldPlant, Plant, PowerMemory, Rule, SumOfParts};
 use haptic_experiment::question::plant::keys::PlantForm;
 use haptic_experiment::question::plant::{PlantFound, PlantQuestion};
 use std::fmt::Write as _;
@@ -29,27 +30,22 @@ impl Log {
         let size = random.log_between(0.1, 1e3);
         let noise = size * random.log_between(3e-4, 5e-3);
         let level = size * random.one_of(&[0.0, 5.0]);
-        let mut states = vec![0.0; taus.len()];
-        let mut outputs = Vec::with_capacity(rows);
-        let mut inputs = Vec::with_capacity(rows);
-        let mut input = 0.0;
-        for row in 0..rows {
-            if row == 20 {
-                input = 1.0;
-            } else if row > 20 && random.chance(0.03) {
+        let below: String = taus.iter().map(|tau| format!("({tau}s+1)")).collect();
+        let plant: Plant = format!("{size}/({below})").parse().expect("a plant");
+        let memory = PowerMemory::new(Rule::Bdf2, 1e-8, rows as f64).expect("a memory");
+        let plant = HeldPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
+        let mut state = plant.at_rest();
+        let (mut inputs, mut outputs) = (vec![0.0; 20], Vec::with_capacity(rows));
+        let mut input = 1.0;
+        while inputs.len() < rows {
+            inputs.push(input);
+            if random.chance(0.03) {
                 input = random.one_of(&[0.0, 0.4, 1.0]);
             }
+        }
+        for input in &inputs {
             let white: f64 = (0..12).map(|_| random.between(-0.5, 0.5)).sum();
-            outputs.push(level + size * states[taus.len() - 1] + noise * white);
-            inputs.push(input);
-            // Much finer than the sample, so that the lags are those of a held input.
-            for _ in 0..200 {
-                let mut from = input;
-                for (state, tau) in states.iter_mut().zip(&taus) {
-                    *state += (from - *state) / (200.0 * tau);
-                    from = *state;
-                }
-            }
+            outputs.push(level + plant.step(&mut state, *input) + noise * white);
         }
         let count = random.one_of(&[1, 1, 2, 3]);
         let mut spoilt: Vec<usize> = (0..count)

@@ -183,6 +183,8 @@ fn forces_positions_and_verdicts_are_the_same_bits() {
         }
     }
     if std::env::var_os("UPDATE_PINS").is_some() {
+        let other = std::env::var_os("PLATFORM_CLI");
+        assert_eq!(other, None, "pins are made on this platform");
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cli/pins.txt");
         std::fs::write(file, format!("{}\n", written.trim())).expect("writes");
         return;
