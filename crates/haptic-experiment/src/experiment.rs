@@ -14,8 +14,8 @@ pub(crate) mod touch;
 pub(crate) mod trial;
 pub(crate) mod wall;
 
-use crate::document::parameters::ON_DEVICE;
 use crate::run::safety::keys::SAFETY;
+use haptic_document::parameters::ON_DEVICE;
 use kind::{Companion, Keys, Kind};
 pub use teleoperation::{End, FarReport, Terms};
 

@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 #![warn(unreachable_pub)]
 
-pub mod document;
 pub mod experiment;
 pub mod judge;
 pub mod live;
@@ -10,22 +9,23 @@ mod open;
 pub mod question;
 pub mod run;
 
-pub use document::failure::{Cause, Failure};
-pub use document::named::Named;
 pub use experiment::indentation::Indentation;
 pub use experiment::press::{PressRecord, specimen};
-pub use experiment::reading::pressed;
 pub use experiment::rendering::Precision;
 pub use experiment::trial::TrialPlan;
 pub use haptic_analysis::Dynamics;
+pub use haptic_document as document;
+pub use haptic_document::{Cause, Failure, Named, named};
 pub use judge::Report;
 pub use judge::control;
 pub use judge::modelled_tissue::{ModelledTissue, TissuePiece};
 pub use judge::preflight::Matter;
 pub use judge::rows::{ReportLine, Row, Table, lines};
 pub use judge::settling::Settling;
-pub use open::{ExperimentFile, parameters};
+pub use open::{DocumentOfKind, ExperimentFile, parameters, pressed};
 pub use run::Supervisor;
+pub use run::controller_file::{ControllerFile, ControllerOrigin};
+pub use run::document::read_document;
 pub use run::preflight::PreflightVerdict;
 pub use run::realtime::RealtimeOptions;
 pub use run::safety::GuardChoice;

@@ -17,16 +17,11 @@ pub mod parameters;
 #[cfg(test)]
 mod tests;
 
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters::{CONTROLLER, DEVICE, FILES, FORCE_UNSTABLE, Parameter, Value};
-use crate::document::reader::Table;
-use crate::document::{Document, IN_LOG, choice, line};
 use crate::experiment;
 use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::{Experiment, Watched};
 use crate::experiment::press::{Press, PressRecord};
-use crate::experiment::reading::{DEVICE_FILES, device_text, with_devices};
+use crate::experiment::reading::{DEVICE_FILES, device_text, piece, with_devices};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::{Published, Report};
@@ -34,6 +29,10 @@ use crate::run::Supervisor;
 use crate::run::folder::FolderRequest;
 use crate::run::schedule::Pace;
 use crate::run::tick::KeptSample;
+use haptic_document::Failure;
+use haptic_document::Table;
+use haptic_document::parameters::{CONTROLLER, DEVICE, FILES, FORCE_UNSTABLE, Parameter, Value};
+use haptic_document::{Document, FileError, IN_LOG, choice, line, parameters as p};
 use haptic_log::record::{TickMessage, add_verdict};
 use parameters::{
     AT_A_DEVICE, DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device,
@@ -255,12 +254,35 @@ impl ExperimentFile {
     }
 }
 
-impl Document {
+/// The kind of a document, and what is kept of it, by the tables of all kinds.
+pub trait DocumentOfKind {
     /// The kind of the experiment or question: the name of its table.
     ///
     /// # Errors
     /// A file that is not TOML, or has no table of a kind.
-    pub fn kind(&self) -> Result<&'static str, FileError> {
+    fn kind(&self) -> Result<&'static str, FileError>;
+
+    /// The document as one file: what was given, here or in the file, and the other defaults as comments. Paths are absolute, so it may lie anywhere.
+    ///
+    /// # Errors
+    /// As for [`kind`](Self::kind).
+    fn to_toml(&self) -> Result<String, FileError>;
+
+    /// Puts the document among the provenance of a log, from which [`read_document`](crate::read_document) reads it, and beside it the kind and each
+    /// key with its value, given or by default.
+    ///
+    /// # Errors
+    /// As for [`kind`](Self::kind); a value that is not of its kind.
+    fn keep_in(&self, provenance: &mut BTreeMap<String, String>) -> Result<(), FileError>;
+
+    /// A note if files named in a log's document have changed since: the run is then repeated with
+    /// the log's versions.
+    #[must_use]
+    fn changed_since_log(&self) -> Option<String>;
+}
+
+impl DocumentOfKind for Document {
+    fn kind(&self) -> Result<&'static str, FileError> {
         let parsed = self.parse()?;
         let kinds = KINDS.into_iter().chain(QUESTIONS);
         kinds
@@ -269,11 +291,7 @@ impl Document {
             .ok_or_else(|| parsed.fail(format!("no experiment: {}", choice(&KINDS))))
     }
 
-    /// The document as one file: what was given, here or in the file, and the other defaults as comments. Paths are absolute, so it may lie anywhere.
-    ///
-    /// # Errors
-    /// As for [`kind`](Self::kind).
-    pub fn to_toml(&self) -> Result<String, FileError> {
+    fn to_toml(&self) -> Result<String, FileError> {
         let kind = self.kind()?;
         let parsed = self.parse()?;
         let mut text = String::new();
@@ -290,12 +308,7 @@ impl Document {
         Ok(text)
     }
 
-    /// Puts the document among the provenance of a log, from which [`read`](Self::read) reads it, and beside it the kind and each
-    /// key with its value, given or by default.
-    ///
-    /// # Errors
-    /// As for [`kind`](Self::kind); a value that is not of its kind.
-    pub fn keep_in(&self, provenance: &mut BTreeMap<String, String>) -> Result<(), FileError> {
+    fn keep_in(&self, provenance: &mut BTreeMap<String, String>) -> Result<(), FileError> {
         let kind = self.kind()?;
         let mut keep = |key: &str, value: String| provenance.insert(key.to_owned(), value);
         keep("experiment", kind.to_owned());
@@ -317,18 +330,14 @@ impl Document {
         Ok(())
     }
 
-    /// A note if files named in a log's document have changed since: the run is then repeated with
-    /// the log's versions.
-    #[must_use]
-    pub fn changed_since_log(&self) -> Option<String> {
+    fn changed_since_log(&self) -> Option<String> {
         let read = |document: &Self| -> Result<BTreeMap<String, String>, FileError> {
             let mut metadata = ExperimentFile::open(document)?.metadata();
             document.keep_in(&mut metadata)?;
             Ok(metadata)
         };
-        let mut today = self.clone();
-        today.logged.clear();
-        let then = read(self).ok().filter(|_| !self.logged.is_empty())?;
+        let today = self.clone().without_log();
+        let then = read(self).ok().filter(|_| !self.logged().is_empty())?;
         // Of files that cannot be read any more there is nothing.
         let today = read(&today).unwrap_or_default();
         let mut files = FILES.into_iter();
@@ -338,6 +347,21 @@ impl Document {
             "the file of {key} has changed since the log was made: the run takes it from the log; give {key} for today's"
         ))
     }
+}
+
+/// The piece of the tissue that a document names; `None` where it names none.
+///
+/// # Errors
+/// Keys that say nothing of a piece, a tissue that there is not, sizes that its loading does not
+/// have.
+pub fn pressed(document: &Document) -> Result<Option<TissuePiece>, FileError> {
+    let parsed = document.parse()?;
+    let mut tables = parsed.tables(&[document.kind()?], "")?.into_iter();
+    let table = tables
+        .next()
+        .map(|(_, table)| table.with_keys(&[("", p::PIECE)]));
+    let named = table.transpose()?.filter(|table| table.has(&p::TISSUE));
+    named.as_ref().map(piece).transpose()
 }
 
 /// The table above the values of its device file, if its kind takes one.

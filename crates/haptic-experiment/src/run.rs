@@ -8,7 +8,9 @@
 
 pub(crate) mod advice;
 mod budget;
+pub(crate) mod controller_file;
 pub(crate) mod device;
+pub(crate) mod document;
 pub(crate) mod drive_verdict;
 pub(crate) mod ending;
 pub(crate) mod fault_recorder;
@@ -32,8 +34,6 @@ pub(crate) mod simulate;
 pub(crate) mod tap;
 pub(crate) mod tick;
 
-use crate::document::failure::Failure;
-use crate::document::parameters::{REALTIME, SAMPLE_TIME};
 pub use advice::{analysed, single};
 use budget::TickParts;
 use device::Warn;
@@ -44,6 +44,8 @@ use drive_verdict::DriveVerdict;
 use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
+use haptic_document::Failure;
+use haptic_document::parameters::{REALTIME, SAMPLE_TIME};
 use haptic_log::live::LiveStreams;
 use haptic_log::record::{END, EventMessage, FinishedLog, StartTime};
 use haptic_loop::Fault;

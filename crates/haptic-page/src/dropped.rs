@@ -4,8 +4,9 @@
 use crate::TextFile;
 use crate::folder::folder_of;
 use crate::runs::of_file;
-use haptic_experiment::document::{ControllerFile, Document};
+use haptic_experiment::document::Document;
 use haptic_experiment::run::{PlantModel, write_text};
+use haptic_experiment::{ControllerFile, DocumentOfKind as _};
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_tissue::{Library, Material};
 use serde_json::{Value, json};

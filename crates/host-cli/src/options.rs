@@ -8,6 +8,7 @@ use crate::names::option_of;
 use crate::parse::read_whole;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
+use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::Failure;
 use haptic_experiment::document::{Document, short};
 use haptic_experiment::parameters::{

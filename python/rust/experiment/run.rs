@@ -4,6 +4,7 @@ use super::{Heard, document, failed, provenance};
 use crate::conducted::{Conduct, Interrupted, conduct};
 use crate::json::to_python;
 use crate::refused::OrRefused as _;
+use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{Parameter, Value, of_kind};
 use haptic_experiment::run::FolderRequest;

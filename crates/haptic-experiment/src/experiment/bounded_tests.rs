@@ -1,6 +1,5 @@
 //! A run that is kept in memory and the same run read again from its log are judged alike.
 
-use crate::document::failure::Failure;
 use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::Watched;
@@ -10,6 +9,7 @@ use crate::judge::modelled_tissue::ModelledTissue;
 use crate::open::ExperimentFile;
 use crate::run::folder::FolderRequest;
 use crate::run::{Ran, Supervisor};
+use haptic_document::Failure;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;

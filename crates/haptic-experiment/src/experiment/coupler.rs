@@ -30,13 +30,6 @@ use super::trial::{
     OfSample, OffN, Parts, TRIAL, TRIAL_LOOP, Trial, TrialSetup, encoder_step, incomparable,
     limited, setup, six_digits,
 };
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters as p;
-use crate::document::parameters::kind::{Parameter, joined, parameters};
-use crate::document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
-use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
-use crate::document::reader::Table;
 use crate::judge::Reference;
 use crate::judge::preflight::softer;
 use crate::judge::reference::{ReferenceSeries, operator};
@@ -52,6 +45,14 @@ use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LoopOperator,
 };
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters as p;
+use haptic_document::parameters;
+use haptic_document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
+use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
+use haptic_document::parameters::{Parameter, joined};
 use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{

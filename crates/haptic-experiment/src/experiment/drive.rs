@@ -13,20 +13,11 @@ mod second;
 #[cfg(test)]
 mod tests;
 
-use crate::document::controller_file::ControllerFile;
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters::kind::{Parameter, parameters};
-use crate::document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
-use crate::document::parameters::{
-    CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP,
-    SAMPLE_TIME,
-};
-use crate::document::reader::Table;
 use crate::experiment::reading::{DEVICE_FILES, device_model_by, without};
 use crate::judge::modelled_tissue::Sampled;
 use crate::run::DeviceModel;
 use crate::run::advice::single;
+use crate::run::controller_file::ControllerFile;
 use crate::run::device::DeviceName;
 use crate::run::remote::RemoteDevice;
 use crate::run::simulate::Instrumented;
@@ -34,6 +25,16 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Real, Seconds};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters;
+use haptic_document::parameters::Parameter;
+use haptic_document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
+use haptic_document::parameters::{
+    CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP,
+    SAMPLE_TIME,
+};
 use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_log::record::TickMessage;
 use haptic_loop::nalgebra::SVector;

@@ -25,15 +25,6 @@ use super::rendering::{
     STRAIN, STRESS,
 };
 use super::trial::safe_chain;
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::named::Named as _;
-use crate::document::parameters as p;
-use crate::document::parameters::{
-    CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, Parameter, TISSUE,
-    TISSUE_IN_LOG,
-};
-use crate::document::reader::Table;
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
 use crate::judge::against::Measured;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
@@ -55,6 +46,15 @@ use crate::run::{Ran, SAMPLES, run_logged};
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use fractional_control::Term;
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Named as _;
+use haptic_document::Table;
+use haptic_document::parameters as p;
+use haptic_document::parameters::{
+    CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, Parameter, TISSUE,
+    TISSUE_IN_LOG,
+};
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
     FacingConfig, ForceSensorConfig, HeldRig, IndentationRig, MassDamperConfig, RampHold,

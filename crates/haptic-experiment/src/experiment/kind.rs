@@ -1,9 +1,5 @@
 //! The interface of an experiment of any kind.
 
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters::Parameter;
-use crate::document::reader::Table;
 use crate::judge::{Published, Report};
 use crate::run::Supervisor;
 use crate::run::advice::parameter;
@@ -12,6 +8,10 @@ use crate::run::remote::RemoteDevice;
 use crate::run::safety::Safety;
 use crate::run::schedule::{Pace, Schedule};
 use fracdiff::{Real, Seconds};
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters::Parameter;
 use haptic_loop::{SafetyChain, SafetyLimits};
 use std::any::Any;
 use std::collections::BTreeMap;

@@ -21,19 +21,6 @@ use super::drive::{self, Drive, HostDrive, PressPath, Section};
 use super::kind::{Conduct, Experiment, Watched};
 use super::reading::{device, fits, force_sensor, metadata, piece, remote, samples_fit, without};
 use super::trial::{dynamics, force_and_rate, no_law_there, safe_chain};
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::named::named;
-use crate::document::parameters as p;
-use crate::document::parameters::kind::{Parameter, joined, parameters};
-use crate::document::parameters::range::{
-    DURATIONS, FREQUENCIES_HZ, REACHES_ABOVE_0, STIFFNESSES_ABOVE_0,
-};
-use crate::document::parameters::{
-    CONTROLLER, CONTROLLER_IN_LOG, DEVICE, FORCE_LIMIT, FORCE_RATE_LIMIT, LOOP, SAMPLE_TIME,
-    TISSUE_IN_LOG,
-};
-use crate::document::reader::Table;
 use crate::experiment::rendering::DEPTH;
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::{Published, Report};
@@ -52,6 +39,20 @@ use fracdiff::Scheme;
 use fracdiff::parameter::Shown;
 use fractional_control::Term;
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::named;
+use haptic_document::parameters as p;
+use haptic_document::parameters;
+use haptic_document::parameters::range::{
+    DURATIONS, FREQUENCIES_HZ, REACHES_ABOVE_0, STIFFNESSES_ABOVE_0,
+};
+use haptic_document::parameters::{
+    CONTROLLER, CONTROLLER_IN_LOG, DEVICE, FORCE_LIMIT, FORCE_RATE_LIMIT, LOOP, SAMPLE_TIME,
+    TISSUE_IN_LOG,
+};
+use haptic_document::parameters::{Parameter, joined};
 use haptic_link::LoopMode;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{

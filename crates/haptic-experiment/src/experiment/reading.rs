@@ -1,12 +1,6 @@
 //! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
 
 use super::kind::Conduct;
-use crate::document::error::{FileError, text_of};
-use crate::document::parameters::{
-    DEVICE, DEVICE_IN_LOG, DRIVE_DEVICE_IN_LOG, Parameter, SENSOR_NOISE, TISSUE_IN_LOG,
-};
-use crate::document::reader::{Interval, Table};
-use crate::document::{Document, parameters as p};
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::DeviceName;
 use crate::run::plant_file::DeviceModel;
@@ -15,6 +9,12 @@ use crate::run::safety::Safety;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
+use haptic_document::parameters as p;
+use haptic_document::parameters::{
+    DEVICE, DEVICE_IN_LOG, DRIVE_DEVICE_IN_LOG, Parameter, SENSOR_NOISE, TISSUE_IN_LOG,
+};
+use haptic_document::{FileError, text_of};
+use haptic_document::{Interval, Table};
 use haptic_link::Limits;
 use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
@@ -302,21 +302,6 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
         }
         None => table.fail(error),
     })
-}
-
-/// The piece of the tissue that a document names; `None` where it names none.
-///
-/// # Errors
-/// Keys that say nothing of a piece, a tissue that there is not, sizes that its loading does not
-/// have.
-pub fn pressed(document: &Document) -> Result<Option<TissuePiece>, FileError> {
-    let parsed = document.parse()?;
-    let mut tables = parsed.tables(&[document.kind()?], "")?.into_iter();
-    let table = tables
-        .next()
-        .map(|(_, table)| table.with_keys(&[("", p::PIECE)]));
-    let named = table.transpose()?.filter(|table| table.has(&p::TISSUE));
-    named.as_ref().map(piece).transpose()
 }
 
 /// The loading of a specimen, as far as the keys give it.

@@ -1,12 +1,13 @@
 //! Keys of relaxation and creep: the load, the operator that renders the tissue, and the rig it is rendered on.
 
-use crate::document::named::named;
-use crate::document::parameters as p;
-use crate::document::parameters::kind::{Parameter, joined, parameters};
-use crate::document::parameters::range::{
+use haptic_document::named;
+use haptic_document::parameters as p;
+use haptic_document::parameters;
+use haptic_document::parameters::range::{
     DAMPINGS, DISSIPATIONS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, SHARES,
     STIFFNESSES, STRAINS, STRESSES,
 };
+use haptic_document::parameters::{Parameter, joined};
 use serde::Serialize;
 
 parameters! {

@@ -25,20 +25,6 @@ use super::reading::{force_sensor, linear_piece};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_chain, wall_at_start,
 };
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::named::named;
-use crate::document::parameters::kind::{Parameter, joined, parameters};
-use crate::document::parameters::range::{
-    ARM_PLACES, COUPLER_ORDERS, DAMPINGS, DAMPINGS_ABOVE_0, DISSIPATIONS, DURATIONS,
-    FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
-    STIFFNESSES_ABOVE_0, WALL_ORDERS,
-};
-use crate::document::parameters::{
-    DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, PIECE,
-    SAMPLE_TIME, SCHEME, SENSED_LAG, SENSED_NOISE, SENSED_RANGE, SENSED_SEED,
-};
-use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::advice::parameter;
 use crate::run::preflight::PreflightVerdict;
@@ -49,6 +35,21 @@ use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::named;
+use haptic_document::parameters;
+use haptic_document::parameters::range::{
+    ARM_PLACES, COUPLER_ORDERS, DAMPINGS, DAMPINGS_ABOVE_0, DISSIPATIONS, DURATIONS,
+    FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
+    STIFFNESSES_ABOVE_0, WALL_ORDERS,
+};
+use haptic_document::parameters::{
+    DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, PIECE,
+    SAMPLE_TIME, SCHEME, SENSED_LAG, SENSED_NOISE, SENSED_RANGE, SENSED_SEED,
+};
+use haptic_document::parameters::{Parameter, joined};
 use haptic_link::{Architecture, HandSide};
 use haptic_loop::SafetyChain;
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};
@@ -129,13 +130,6 @@ pub(crate) const TELEOPERATION: &[Parameter] = &joined::<47>(&[
     &[TELEOPERATION_WINDOW],
     &[FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, MUST_BE_PASSIVE],
 ]);
-
-named! { Architecture:
-    PositionPosition = Architecture::PositionPosition.name(), "A fractional coupler pulls each side to the other";
-    PositionForce = Architecture::PositionForce.name(), "The slave is pulled to the master, which feels that force";
-    Wave = Architecture::Wave.name(), "Waves: passive at any delay";
-    TimeDomain = Architecture::TimeDomain.name(), "Position-position with an energy account: passive at any delay";
-}
 
 /// The hand that holds the master; by default nothing holds it.
 #[derive(Clone, Copy, Debug, Default)]

@@ -18,18 +18,6 @@ mod shape;
 use super::kind::{Conduct, Experiment as _};
 use super::reading::{force_sensor, piece, remote, samples_fit, scheme, sensors, without};
 use super::trial::{TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, safe_chain};
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters::kind::{Parameter, joined, parameters};
-use crate::document::parameters::range::{
-    DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
-    STIFFNESSES_ABOVE_0, WALL_ORDERS, WORKSPACES,
-};
-use crate::document::parameters::{
-    CURRENT_LAG, DELAY, DEVICE, FORCE_LIMIT, FORCE_SENSOR, FRICTION, LESS_THAN_IDEAL, SAMPLE_TIME,
-    SCHEME, SENSED_RANGE, TOUCH_AXES, UNNAMED_PIECE,
-};
-use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::record::WHOLE_MOST;
 use crate::run::safety::keys::WORKSPACE_LOW;
@@ -38,6 +26,19 @@ use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters;
+use haptic_document::parameters::range::{
+    DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
+    STIFFNESSES_ABOVE_0, WALL_ORDERS, WORKSPACES,
+};
+use haptic_document::parameters::{
+    CURRENT_LAG, DELAY, DEVICE, FORCE_LIMIT, FORCE_SENSOR, FRICTION, LESS_THAN_IDEAL, SAMPLE_TIME,
+    SCHEME, SENSED_RANGE, TOUCH_AXES, UNNAMED_PIECE,
+};
+use haptic_document::parameters::{Parameter, joined};
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limit, SafetyChain, SafetyLimits};

@@ -10,15 +10,6 @@ mod setup;
 
 use super::kind::Conduct;
 use super::reading::without;
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::named::Named;
-use crate::document::parameters::kind::{Parameter, parameters};
-use crate::document::parameters::range::{
-    DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
-};
-use crate::document::parameters::{PUSH_BY, SCHEME, TRIAL_DURATION};
-use crate::document::reader::Table;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::advice::parameter;
@@ -30,6 +21,16 @@ use crate::run::tap::TappedLaw;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Named;
+use haptic_document::Table;
+use haptic_document::parameters;
+use haptic_document::parameters::Parameter;
+use haptic_document::parameters::range::{
+    DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
+};
+use haptic_document::parameters::{PUSH_BY, SCHEME, TRIAL_DURATION};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{

@@ -6,15 +6,6 @@ use super::trial::{
     OffN, Parts, PositionLaw, TRIAL, TRIAL_LOOP, Trial, TrialSetup, VirtualWall, encoder_step,
     incomparable, setup, six_digits, thrown, wall_at_start,
 };
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::named::Named;
-use crate::document::parameters::kind::{Parameter, joined, parameters};
-use crate::document::parameters::range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS};
-use crate::document::parameters::{
-    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, LOOP, MASS, SAMPLE_TIME,
-};
-use crate::document::reader::Table;
 use crate::judge::Reference;
 use crate::judge::position_controller::PositionController;
 use crate::judge::preflight::{Preflight, WallContact};
@@ -27,6 +18,16 @@ use crate::run::samples::Samples;
 use crate::run::tap::TappedLaw;
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Named;
+use haptic_document::Table;
+use haptic_document::parameters;
+use haptic_document::parameters::range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS};
+use haptic_document::parameters::{
+    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, LOOP, MASS, SAMPLE_TIME,
+};
+use haptic_document::parameters::{Parameter, joined};
 use haptic_link::LoopMode;
 use haptic_loop::plant::run_wall;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};

@@ -1,8 +1,7 @@
 //! A designed controller in sentences, for the command and the page.
 
-use crate::document::failure::Failure;
-use crate::document::{ControllerFile, ControllerOrigin, short};
 use crate::parameters::{DELAY, OUTPUT_HIGH, SAMPLE_TIME};
+use crate::run::controller_file::{ControllerFile, ControllerOrigin};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use fractional_control::analysis::{LoopAnalysis, VerdictCause};
@@ -13,6 +12,8 @@ use fractional_control::tuning::Specification;
 use fractional_control::{
     ControlError, Crossing, Margins, PidParameters, Plant, StepShape, factor_after_division,
 };
+use haptic_document::Failure;
+use haptic_document::short;
 use haptic_quantity::{Key, digits, written};
 use serde_json::{Value, json};
 use std::f64::consts::LN_10;

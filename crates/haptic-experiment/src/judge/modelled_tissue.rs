@@ -4,8 +4,6 @@
 //! `shape` is γ of a specimen, m: the force of a piece for a depth, N for m. With 1 it is the stress for a strain.
 
 use super::reference::{self, Reference};
-use crate::document::failure::Failure;
-use crate::document::parameters::{AREA, SCHEME, THICKNESS};
 use crate::run::schedule::horizon;
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::num_complex::Complex;
@@ -14,6 +12,8 @@ use fracdiff::{
     Channel, Differintegrator as _, FullMemory, Operator, Order, Real, Scheme, SchemeError, Seconds,
 };
 use haptic_analysis::{AnalysisError, LoopOperator};
+use haptic_document::Failure;
+use haptic_document::parameters::{AREA, SCHEME, THICKNESS};
 use haptic_loop::units::{Metres, Pascals};
 use haptic_loop::{DepthMap, Loading, LoadingKind, LoopParameterError, Specimen, Tissue};
 use haptic_quantity::digits;

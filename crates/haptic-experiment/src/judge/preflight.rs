@@ -16,7 +16,6 @@
 //!   rounded up to whole samples, since the device writes once a sample. The current lag of the motor likewise.
 //! - *Margin*: the factor on K and B together that takes the loop to the edge of stability.
 
-use crate::document::failure::Failure;
 use crate::judge::modelled_tissue::{TissuePiece, loop_operator, memory, operator};
 use crate::judge::reference::{self, Reference, ReferenceSeries};
 use crate::run::advice::analysed;
@@ -27,6 +26,7 @@ use crate::run::schedule::horizon;
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, Dynamics, LoopOperator, SampledLoop, SampledWall};
+use haptic_document::Failure;
 use haptic_loop::DepthMap;
 use haptic_tissue::Model;
 use serde::Serialize;

@@ -3,13 +3,13 @@
 //! A run that is kept whole has it whole, by exact sums. A long one has it sample by sample, by an operator
 //! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
 
-use crate::document::failure::Failure;
 use crate::run::record::Before;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use fracdiff::batch::Batch;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
+use haptic_document::Failure;
 
 /// Largest relative error of any weight of an operator that stands for the full history.
 pub(crate) const TOLERANCE: f64 = 1e-9;

@@ -1,8 +1,5 @@
 //! The report of an experiment: one JSON object, or a summary for a person. Every kind has the same skeleton, and fills it with rows.
 
-use crate::document::failure::Failure;
-use crate::document::named::Named as _;
-use crate::document::parameters::Parameter;
 use crate::judge::Compared;
 use crate::judge::warnings::Warnings;
 use crate::run::Ran;
@@ -13,6 +10,9 @@ use crate::run::record::Record;
 use crate::run::remote::LinkSummary;
 use crate::run::tick::KeptSample;
 use fracdiff::Scheme;
+use haptic_document::Failure;
+use haptic_document::Named as _;
+use haptic_document::parameters::Parameter;
 use haptic_link::LoopMode;
 use serde::Serialize;
 use serde_json::{Map, Value, json};

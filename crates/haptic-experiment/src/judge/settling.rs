@@ -29,10 +29,10 @@
 //!
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
-use crate::document::named::named;
 use crate::judge::swings::{Swings, Taps};
 use crate::run::ending::{AT_LIMIT, Ending, MotorPush};
 use crate::run::tap::TappedLaw;
+use haptic_document::named;
 use serde::Serialize;
 
 /// Time for which the force may be at its limit, s, in any run: a share of it would allow a longer one more.

@@ -1,11 +1,11 @@
 //! Warnings to the user about the numbers of a run.
 
-use crate::document::parameters::{FORCE_LIMIT, FORCE_RATE_LIMIT, SAMPLE_TIME, SCHEME};
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::{FrameCounts, LinkSummary};
 use crate::run::safety::keys::{GUARD, RISE_TIME, SPEED_LIMIT, WORKSPACE_HIGH, WORKSPACE_LOW};
 use crate::run::tick::KeptSample;
+use haptic_document::parameters::{FORCE_LIMIT, FORCE_RATE_LIMIT, SAMPLE_TIME, SCHEME};
 use haptic_loop::Limiters;
 
 /// Limiters in the order in which warnings name them.

@@ -5,8 +5,8 @@
 //! Spring and damper are part of the plant, so they are exact between samples and stable whatever their values. Without a hand
 //! the device is a mass on its own damper.
 
-use crate::document::failure::Failure;
 use crate::run::sensors::Sensors;
+use haptic_document::Failure;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Reading, SafeForce};
@@ -218,8 +218,8 @@ impl Device<f64, 1> for HeldDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::parameters::{DAMPING, MASS};
     use crate::run::DeviceValues;
+    use haptic_document::parameters::{DAMPING, MASS};
     use haptic_loop::units::{Kilograms, Newtons, NewtonsPerSecond, Seconds};
     use haptic_loop::{SafetyChain, SafetyState};
 

@@ -2,9 +2,9 @@
 
 use super::fading::Fading;
 use super::place::Placed;
-use crate::document::failure::Failure;
 use crate::run::preflight::PreflightVerdict;
 use fracdiff::{Operator, Seconds};
+use haptic_document::Failure;
 use haptic_loop::{Pushing, Wall};
 use haptic_quantity::digits;
 

@@ -1,7 +1,7 @@
 //! The end of a loop that gives it orders, and waits for its threads.
 
 use super::ticking::{FromLoop, LoopCounts, LoopEnds, LoopOrder};
-use crate::document::failure::Failure;
+use haptic_document::Failure;
 use rtrb::{Consumer, Producer, RingBuffer};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -1,10 +1,10 @@
 //! The log of what is felt.
 
 use super::ticking::Ticked;
-use crate::document::failure::Failure;
 use crate::run::folder::FolderRequest;
 use crate::run::recorder::Recorder;
 use crate::run::tick::by_loop;
+use haptic_document::Failure;
 use haptic_log::record::{END, EndKind, RunEnd, StartTime, TickMessage};
 use std::collections::BTreeMap;
 use std::time::SystemTime;

@@ -18,16 +18,13 @@ use super::place::Placed;
 use super::runner::{HeldWorld, Steering};
 use super::ticking::{FadingFelt, LoopOrder, Looping, Stimulus};
 use super::waiting::{Gate, Kept, LOOK, Shared, Watching};
-use crate::document::failure::Failure;
-use crate::document::named::Named as _;
-use crate::document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
-use crate::document::{Document, IN_LOG};
 use crate::experiment::kind::Experiment as _;
 use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT, no_wall};
 use crate::experiment::wall::{
     DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WallExperiment,
 };
 use crate::judge::{FeltSummary, Tally};
+use crate::open::DocumentOfKind as _;
 use crate::open::ExperimentFile;
 use crate::run::device::LinkedName;
 use crate::run::folder::FolderRequest;
@@ -39,6 +36,10 @@ use crate::run::{Ran, Supervisor, run_logged};
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::Named as _;
+use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
+use haptic_document::{Document, IN_LOG};
 use haptic_link::LoopMode;
 use haptic_log::record::EventMessage;
 use haptic_loop::plant::MassDamperConfig;

@@ -3,9 +3,9 @@
 use super::hand::HeldDevice;
 use super::ticking::{Around, FeltController, Looping};
 use super::*;
-use crate::document::Document;
-use crate::document::failure::Failure;
 use fracdiff::{Order, Scheme};
+use haptic_document::Document;
+use haptic_document::Failure;
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{

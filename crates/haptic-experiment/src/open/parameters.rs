@@ -1,6 +1,5 @@
 //! All parameters, of all kinds, the tables of each kind, and the names that a key may take.
 
-pub use crate::document::parameters::*;
 pub use crate::experiment::press::{
     DEPTH_LIMIT, FRAME_STIFFNESS, PRESS_AMPLITUDE, PRESS_DEPTH, PRESS_DEPTHS, PRESS_FREQUENCIES,
     PRESS_HOLD, PRESS_RAMP, PROTOCOL,
@@ -34,6 +33,7 @@ pub use crate::question::measurement::{
     HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
     MEASURE_SAMPLE_TIME, MEASUREMENT,
 };
+pub use haptic_document::parameters::*;
 /// Questions of a device at hand, which moves.
 pub const AT_A_DEVICE: [&str; 2] = [MEASUREMENT, CALIBRATION];
 pub use crate::question::plant::keys::{PLANT_RECORD, VALIDATE};

@@ -1,9 +1,9 @@
 //! Good files, and what is said of bad ones.
 
-use super::ExperimentFile;
-use crate::document::Document;
+use super::{DocumentOfKind as _, ExperimentFile};
 use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::wall::WallExperiment;
+use haptic_document::Document;
 use haptic_loop::Limit;
 use std::path::Path;
 use testkit::Folder;
@@ -416,10 +416,13 @@ fn a_log_says_when_a_file_is_not_that_of_its_run() {
         document.keep_in(&mut message).expect("good");
         message
     };
-    let mut log = Document::of_text(Path::new("far.mcap"), &text("liver"));
-    log.logged = logged("liver");
-    assert_eq!(log.changed_since_log(), None);
-    log.logged = logged("kidney");
-    let changed = log.changed_since_log().expect("not that of today");
+    let log = |tissue: &str| {
+        let logged = logged(tissue);
+        Document::of_log(Path::new("far.mcap"), &text("liver"), logged)
+    };
+    assert_eq!(log("liver").changed_since_log(), None);
+    let changed = log("kidney")
+        .changed_since_log()
+        .expect("not that of today");
     assert!(changed.starts_with("the file of tissue "), "{changed}");
 }

@@ -9,8 +9,6 @@ mod map;
 pub(crate) mod teleoperation;
 pub(crate) mod wall;
 
-use crate::document::failure::Failure;
-use crate::document::reader::Table;
 use crate::experiment::kind::Keys;
 use crate::run::device::Warn;
 pub use answer::{
@@ -19,6 +17,8 @@ pub use answer::{
 };
 use difference::Difference;
 use felt::{CouplerNeed, Felt};
+use haptic_document::Failure;
+use haptic_document::Table;
 pub use keys::*;
 use std::sync::atomic::AtomicBool;
 use teleoperation::HandsQuestion;

@@ -1,18 +1,18 @@
 //! Parts that questions share: the device with its keys, orders and scheme, and a search that can be stopped.
 
 use crate::Sensors;
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters::kind::{Parameter, joined};
-use crate::document::parameters::{
-    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME, SCHEME,
-};
-use crate::document::reader::Table;
 use crate::experiment::reading::device;
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::run::advice::check;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::{SampledLoop, StableArea};
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters::{
+    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME, SCHEME,
+};
+use haptic_document::parameters::{Parameter, joined};
 use haptic_loop::plant::MassDamperConfig;
 use rayon::prelude::*;
 use serde::Serialize;

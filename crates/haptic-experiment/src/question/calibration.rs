@@ -16,14 +16,15 @@ mod answer;
 mod conduct;
 mod line;
 
-use crate::document::failure::Failure;
-use crate::document::parameters::DEVICE_MODEL;
-use crate::document::parameters::kind::{Parameter, parameters};
-use crate::document::parameters::range::Range;
 use crate::question::measurement::{
     self, MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
 };
 pub use answer::{CalibrationReport, Calibrator};
+use haptic_document::Failure;
+use haptic_document::parameters;
+use haptic_document::parameters::DEVICE_MODEL;
+use haptic_document::parameters::Parameter;
+use haptic_document::parameters::range::Range;
 use std::sync::Arc;
 use std::sync::mpsc::{TryRecvError, channel};
 

@@ -5,12 +5,8 @@ pub mod run;
 
 use super::controller::{CommandLimits, controller_scheme, read};
 use super::form::form;
-use crate::document::failure::Failure;
-use crate::document::parameters::range::{
-    DAMPINGS, DEAD_TIMES, DEVICE_TIMES, DURATIONS, MASSES, NUMBERS, SAMPLE_TIMES, STIFFNESSES,
-};
-use crate::document::{ControllerFile, short};
 use crate::judge::control::{in_degrees, loose_factor, refused};
+use crate::run::controller_file::ControllerFile;
 use crate::run::plant_file::{DeviceValues, PlantModel, TABLES};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
@@ -18,6 +14,11 @@ use fractional_control::{
     ControllerParameters, ControllerSetup, FractionalTransferFunction, PidParameters, Plant,
     SetPoint,
 };
+use haptic_document::Failure;
+use haptic_document::parameters::range::{
+    DAMPINGS, DEAD_TIMES, DEVICE_TIMES, DURATIONS, MASSES, NUMBERS, SAMPLE_TIMES, STIFFNESSES,
+};
+use haptic_document::short;
 use std::path::Path;
 
 form! {

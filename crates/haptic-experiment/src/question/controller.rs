@@ -3,11 +3,6 @@
 pub mod report;
 
 use super::form::form;
-use crate::document::failure::Failure;
-use crate::document::parameters::range::{
-    ANGULAR_FREQUENCIES, DURATIONS, NUMBERS, Range, SAMPLE_TIMES,
-};
-use crate::document::parameters::{CONTROLLER_SCHEME, Parameter};
 use crate::judge::control::{check_gain, sample_time_for};
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
@@ -15,6 +10,11 @@ use fractional_control::Plant;
 use fractional_control::design::ControlDesign;
 use fractional_control::run::{SAMPLES_MOST, samples_for};
 use fractional_control::tuning::{Bound, Specification};
+use haptic_document::Failure;
+use haptic_document::parameters::range::{
+    ANGULAR_FREQUENCIES, DURATIONS, NUMBERS, Range, SAMPLE_TIMES,
+};
+use haptic_document::parameters::{CONTROLLER_SCHEME, Parameter};
 use haptic_quantity::{digits, parse_for_key, short};
 use std::f64::consts::PI;
 

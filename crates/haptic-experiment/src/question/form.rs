@@ -1,7 +1,7 @@
 //! Forms of questions: each key with its table, range and value stands in one row.
 
-use crate::document::failure::Failure;
-use crate::document::parameters::Parameter;
+use haptic_document::Failure;
+use haptic_document::parameters::Parameter;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
@@ -51,7 +51,7 @@ macro_rules! form {
     (@number $other:ident $value:expr) => { None };
     ($(#[$meta:meta])* $form:ident, $tables:ident:
      $($heading:literal $($name:ident = $key:ident: $kind:ident($($part:expr),*);)*)*) => {
-        $crate::document::parameters::kind::parameters! {
+        $crate::document::parameters! {
             $($($name = $kind(stringify!($key), $($part),*);)*)*
         }
 
@@ -68,7 +68,7 @@ macro_rules! form {
 
         impl $form {
             /// Refuses numbers outside their ranges.
-            pub(crate) fn check(&self) -> Result<(), $crate::document::failure::Failure> {
+            pub(crate) fn check(&self) -> Result<(), $crate::Failure> {
                 $($($crate::question::form::check($name, form!(@number $kind self.$key))?;)*)*
                 Ok(())
             }

@@ -1,9 +1,9 @@
 //! Check of this machine for a loop at some rate: measures as `cyclictest` does, with the loop's own runner.
 
 use crate::RealtimeOptions;
-use crate::document::failure::Failure;
-use crate::document::parameters::{PIN, RATE};
 use crate::run::realtime::{Microseconds, WorstTick, microseconds};
+use haptic_document::Failure;
+use haptic_document::parameters::{PIN, RATE};
 use haptic_loop::realtime::{Fallback, Periodic, PeriodicConfig, Timing};
 use serde::Serialize;
 use std::collections::BTreeSet;

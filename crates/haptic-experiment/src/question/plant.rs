@@ -3,16 +3,15 @@
 //! A form holds the values that somebody gives, by the names of keys; a question is a form that is understood.
 
 pub mod keys;
+mod record_check;
 pub mod report;
 pub mod response;
 
 use super::tissue::parts;
-use crate::document::failure::Failure;
-use crate::document::parameters::Parameter;
-use crate::document::record_check::{
+use crate::judge::control::refused;
+use crate::question::plant::record_check::{
     check_signals, fill_gaps, leave_out_lone_outputs, one_row_a_time,
 };
-use crate::judge::control::refused;
 use crate::run::plant_file::{MeasuredPoints, function_file};
 use fracdiff::Seconds;
 use fractional_control::model_search::{
@@ -20,6 +19,8 @@ use fractional_control::model_search::{
     identify, nearer_in_simulation, validate,
 };
 use fractional_control::{ControlError, DeadTime, Plant, SumOfParts};
+use haptic_document::Failure;
+use haptic_document::parameters::Parameter;
 use haptic_quantity::{digits, number, parse_for_key, short};
 use keys::{FIRST_ROW, MODEL, PLANT_COLUMNS, POLES, PlantForm, ROW_TIME, SMOOTH, STABLE, VALIDATE};
 use measured_table::{

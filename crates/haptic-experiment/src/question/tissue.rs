@@ -3,16 +3,16 @@
 //! A form holds what somebody gives, by the names of keys, each text as the command takes it; a question is a form that is understood.
 
 use super::form::form;
-use crate::document::failure::Failure;
-use crate::document::named::Named;
-use crate::document::parameters::range::{
+use crate::judge::{Rows, rows};
+use haptic_document::Failure;
+use haptic_document::Named;
+use haptic_document::parameters::range::{
     HALF_ANGLES, POISSON_RATIOS, Range, SPECIMENS, STRAINS, STRESSES,
 };
-use crate::document::parameters::{
+use haptic_document::parameters::{
     BONDED, HALF_ANGLE, INDENTER_RADIUS, POISSON_RATIO, Parameter, STIFFENING,
 };
-use crate::document::short;
-use crate::judge::{Rows, rows};
+use haptic_document::short;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;

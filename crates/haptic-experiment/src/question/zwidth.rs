@@ -22,14 +22,6 @@ mod search;
 mod trials;
 mod upward;
 
-use crate::document::failure::Failure;
-use crate::document::parameters::kind::{Parameter, joined, parameters};
-use crate::document::parameters::range::WALL_ORDERS;
-use crate::document::parameters::{
-    CAMPAIGN, DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION,
-    UNNAMED_PIECE,
-};
-use crate::document::reader::Table;
 use crate::experiment::reading::{linear_piece, remote, samples_fit, without};
 use crate::experiment::trial::{
     CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_SAMPLES, TrialPlan, WINDOW, force_and_rate, plan,
@@ -46,6 +38,15 @@ use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use crate::run::sensors::Sensors;
 use fracdiff::{Order, Scheme};
+use haptic_document::Failure;
+use haptic_document::Table;
+use haptic_document::parameters;
+use haptic_document::parameters::range::WALL_ORDERS;
+use haptic_document::parameters::{
+    CAMPAIGN, DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION,
+    UNNAMED_PIECE,
+};
+use haptic_document::parameters::{Parameter, joined};
 use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Newtons, Seconds};

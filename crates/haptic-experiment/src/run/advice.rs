@@ -1,16 +1,16 @@
 //! Remedies for numbers that a library refuses, and a check for numbers that no device can hold.
 
-use crate::document::failure::Failure;
-use crate::document::parameters::{
-    CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION, HAND_COUPLER_DISSIPATION,
-    HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
-};
 use crate::run::safety::keys::{
     DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
     WORKSPACE_HIGH, WORKSPACE_LOW,
 };
 use fracdiff::parameter::Shown;
 use haptic_analysis::AnalysisError;
+use haptic_document::Failure;
+use haptic_document::parameters::{
+    CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION, HAND_COUPLER_DISSIPATION,
+    HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
+};
 use haptic_loop::LoopParameterError;
 use haptic_quantity::label;
 

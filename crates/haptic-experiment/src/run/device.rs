@@ -1,13 +1,12 @@
 //! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, `tcp:HOST:PORT`, or one of another maker, as `haply:PATH`.
 
-use crate::document::failure::Failure;
-use crate::document::named::named;
-use crate::document::parameters::{DEVICE, TOUCH_AXES};
 use crate::run::ending::LetGo;
 use crate::run::identity::{DeviceIdentity, Told};
 use crate::run::remembered::{Remembered, loosened};
 use haptic_devices::ForeignName;
-use haptic_link::{Capabilities, Configuration, Hello, LoopMode};
+use haptic_document::Failure;
+use haptic_document::parameters::{DEVICE, TOUCH_AXES};
+use haptic_link::{Capabilities, Configuration, Hello};
 use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
@@ -445,11 +444,6 @@ pub fn firmware_version(hello: &Hello) -> String {
 #[must_use]
 pub fn firmware_digest(abilities: &Capabilities) -> Option<String> {
     (abilities.image_digest != 0).then(|| format!("{:08x}", abilities.image_digest))
-}
-
-named! { LoopMode:
-    Device = "device", "On the device; this program sets parameters and records";
-    Host = "host", "On this computer; the device reports positions and applies forces";
 }
 
 /// A serial device that cannot be used, with its port: exit code 3. A fault that latched on it has ended a run: exit code 1.

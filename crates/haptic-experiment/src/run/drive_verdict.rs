@@ -1,7 +1,7 @@
 //! The certified verdict on a controller that holds an indenter.
 
-use crate::document::failure::Failure;
-use crate::document::parameters::{CONTROLLER, FORCE_UNSTABLE};
+use haptic_document::Failure;
+use haptic_document::parameters::{CONTROLLER, FORCE_UNSTABLE};
 use serde::Serialize;
 
 /// The certified verdict on one loop of a drive, and how far it is from the edge.

@@ -1,7 +1,7 @@
 //! Why a run ended before its time.
 
-use crate::document::parameters::{MAX_AGE_TICKS, WATCHDOG};
 use fracdiff::parameter::Shown;
+use haptic_document::parameters::{MAX_AGE_TICKS, WATCHDOG};
 use haptic_link::{FaultReport, Limits};
 use haptic_loop::Fault;
 use haptic_quantity::written;

@@ -1,7 +1,7 @@
 //! Files of an experiment: one folder, one stem, nothing overwritten unasked.
 
-use crate::document::failure::Failure;
-use crate::document::parameters::{OUT, OVERWRITE};
+use haptic_document::Failure;
+use haptic_document::parameters::{OUT, OVERWRITE};
 use haptic_log::record::{
     Leftover, NewFile, leftover_at, nth_file, part_of, refuse_taken, remove_earlier,
 };

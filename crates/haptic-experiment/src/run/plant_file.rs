@@ -10,18 +10,18 @@
 //! `[intervals]` says between which numbers its values lie, as a measurement writes it, see [`DeviceModel`]. `[state_space]` has `a`, `b`, `c`,
 //! `delay_s` and `current_lag_s`, and `b_hand` and `c_hand` where a hand acts elsewhere than the law. `[measured_response]` names a CSV, see [`response_in`].
 
-use crate::document::controller_file::source;
-use crate::document::error::{FileError, text_of};
-use crate::document::failure::Failure;
-use crate::document::parameters::Parameter;
-use crate::document::reader::{Interval, Table};
-use crate::document::{Parsed, lines_of, parameters as p};
+use crate::run::controller_file::source;
 use crate::run::safety::GuardedDevice;
 use crate::run::sensors::Sensors;
 use calibration::{CALIBRATION_KEYS, Calibration, Estimate};
 use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::parameters::Parameter;
+use haptic_document::{FileError, text_of};
+use haptic_document::{Interval, Table};
+use haptic_document::{Parsed, lines_of, parameters as p};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, Seconds};
 use measured_table::{ResponseTable, TABLE_MOST, read_bytes, read_response, rows_named};

@@ -1,10 +1,10 @@
 //! Questions of a run to the pre-flight before a device is armed, and the answers.
 
-use crate::document::failure::Failure;
-use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE};
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::flat::flat;
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE};
 use haptic_quantity::written;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -11,7 +11,7 @@ use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use super::sensor_offset::Tare;
 use super::tick::{KeptSample, TickRecord};
-use crate::document::failure::Failure;
+use haptic_document::Failure;
 use haptic_log::record::{EndKind, RunEnd};
 use haptic_loop::realtime::Durations;
 use haptic_loop::realtime::RaisedThread;

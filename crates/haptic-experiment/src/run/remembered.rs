@@ -20,8 +20,8 @@
 //!
 //! *Errors*: a file that is there and cannot be read, or is in the way of an older version, keeps the device from being armed.
 
-use crate::document::failure::Failure;
 use crate::run::identity::{DeviceIdentity, Known};
+use haptic_document::Failure;
 use haptic_link::{Configuration, GuardKind, Limits};
 use haptic_log::record::NewFile;
 use haptic_loop::Limit;

@@ -14,8 +14,8 @@ mod run;
 mod session;
 mod summary;
 
-use crate::document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION};
 use fracdiff::parameter::Shown;
+use haptic_document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION};
 pub(crate) use pair::{PairRun, fits_two_devices};
 pub(crate) use partner::{Aligned, DriveRan};
 pub(crate) use run::{RemoteRun, delay_of};
@@ -25,13 +25,13 @@ pub use summary::{RoundTrip, cycles};
 
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;
-use crate::document::failure::Failure;
 use crate::run::advice::single;
 use crate::run::device::LinkedName;
 use crate::run::ending::{Lateness, MotorPush};
 use crate::run::plant_file::calibration::Calibration;
 use crate::run::tap::TappedLaw;
 use fracdiff::Operator;
+use haptic_document::Failure;
 use haptic_link::{
     Capabilities, Configuration, ControllerLaw, Limits, LoopMode, OperatorShape, Simulation,
     SimulationKind, SurfaceShape,

@@ -3,9 +3,9 @@
 mod guard;
 
 pub(crate) mod keys {
-    use crate::document::parameters::Parameter;
-    use crate::document::parameters::kind::parameters;
-    use crate::document::parameters::range::{
+    use haptic_document::parameters;
+    use haptic_document::parameters::Parameter;
+    use haptic_document::parameters::range::{
         DAMPINGS_ABOVE_0, DEVICE_TIMES, SENSOR_STEPS, WORKSPACES,
     };
     use haptic_loop::Limit;
@@ -66,13 +66,13 @@ pub(crate) mod keys {
     }
 }
 
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::named::Named as _;
-use crate::document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
-use crate::document::reader::Table;
 use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Named as _;
+use haptic_document::Table;
+use haptic_document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
 use haptic_loop::units::{Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{
     EnergyBounding, Limit, PassivityGuard, PassivityObserver, SafetyLimits, SpeedLimit, Stuck,
@@ -456,7 +456,7 @@ mod tests {
 
     #[test]
     fn document_and_device_take_the_same_numbers_for_every_limit() {
-        use crate::document::parameters::Range;
+        use haptic_document::parameters::Range;
         use haptic_link::{Capabilities, Configuration, Limits as Wire, Simulation};
         use haptic_remote::{Hardware as _, SimulatedPlant, prepare};
         let abilities = Capabilities {

@@ -2,7 +2,7 @@
 
 use super::record::{Record, Start};
 use super::tick::KeptSample;
-use crate::document::failure::Failure;
+use haptic_document::Failure;
 use haptic_log::record::{Entry, LogReader};
 use std::path::PathBuf;
 

@@ -1,9 +1,9 @@
 //! Schedule of a run: the number of ticks, the time of each, and the pace of time.
 
-use crate::document::failure::Failure;
-use crate::document::parameters::TRIAL_DURATION;
 use crate::run::realtime::RealtimeOptions;
 use fracdiff::parameter::Shown;
+use haptic_document::Failure;
+use haptic_document::parameters::TRIAL_DURATION;
 use haptic_loop::LoopParameterError;
 use haptic_loop::realtime::PeriodicConfig;
 use std::ops::RangeInclusive;

@@ -1,7 +1,7 @@
 //! The sensors that the user asked for, or none.
 
-use crate::document::failure::Failure;
-use crate::document::parameters::{ENCODER_RESOLUTION, SENSOR_NOISE};
+use haptic_document::Failure;
+use haptic_document::parameters::{ENCODER_RESOLUTION, SENSOR_NOISE};
 use haptic_loop::plant::{ForceSensor, ForceSensorConfig, Sensed};
 use haptic_loop::units::{Metres, Seconds};
 use serde::Serialize;

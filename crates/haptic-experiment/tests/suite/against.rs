@@ -3,6 +3,7 @@
 use crate::ran;
 use haptic_experiment::ExperimentFile;
 use haptic_experiment::document::Document;
+use haptic_experiment::read_document;
 use haptic_log::record::{Entry, LogReader};
 use libm::tgamma;
 use serde_json::Value;
@@ -79,7 +80,7 @@ fn a_record_made_from_the_run_itself_is_not_off_at_all() {
             assert_eq!(*compared, report["samples"], "{text}");
             // Path and document are in the log, so that the run can be repeated.
             let log = folder.join(name).join("run.mcap");
-            let again = Document::read(&log).expect("a document");
+            let again = read_document(&log).expect("a document");
             ExperimentFile::open(&again).expect("finds its record again");
         }
     }

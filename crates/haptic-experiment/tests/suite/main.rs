@@ -9,6 +9,7 @@ mod log;
 mod spoilt_rows;
 mod touch;
 
+use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::document::Document;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Report, Supervisor};

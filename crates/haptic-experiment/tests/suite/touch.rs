@@ -5,7 +5,7 @@ mod kept_safe;
 mod refused;
 
 use crate::design::number;
-use haptic_experiment::document::Document;
+use haptic_experiment::read_document;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Report, Supervisor};
 use haptic_log::record::{Entry, LogReader, TickMessage};
@@ -249,7 +249,7 @@ fn a_touch_through_the_centre_is_compared_with_the_law_that_was_run() {
 #[test]
 fn a_finger_round_a_disc_is_held_against_the_full_history() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/touch-disc.toml");
-    let disc = Document::read(&path).expect("reads");
+    let disc = read_document(&path).expect("reads");
     let disc = ExperimentFile::open(&disc).expect("good");
     let (report, ticks) = run(&disc);
     assert_eq!(verdict(&report), "passive");

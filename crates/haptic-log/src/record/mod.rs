@@ -28,6 +28,7 @@
 mod append;
 mod error;
 mod export;
+mod failure;
 pub mod flaw;
 mod lines;
 mod message;

@@ -6,6 +6,7 @@
 
 use super::settings::{DeviceNumbers, WallNumbers};
 use crate::Number;
+use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::document::Document;
 use haptic_experiment::{ExperimentFile, Failure, parameters};
 use haptic_tissue::Material;

@@ -4,6 +4,7 @@ use super::channels::Channels;
 use super::form::{document, simulated};
 use super::going::{Drawn, Finished, Work};
 use crate::folder::next_folder;
+use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::judge::{Curves, Drawing};
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};

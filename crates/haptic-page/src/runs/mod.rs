@@ -25,6 +25,7 @@ use channels::Channels;
 use going::{Going, Watched, Work};
 use haptic_experiment::document::Document;
 use haptic_experiment::live::locked;
+use haptic_experiment::read_document;
 use haptic_experiment::{Failure, RealtimeOptions};
 use list::{Listing, is_answer, is_being_written, read_answer};
 use opened::Opened;
@@ -163,7 +164,7 @@ impl Runs {
     /// The experiment of a log.
     pub(crate) fn document(&self, name: &str) -> Result<Document, Failure> {
         let (path, _) = locked(&self.listing).find(&self.folder, name)?;
-        Ok(Document::read(&path)?)
+        Ok(read_document(&path)?)
     }
 
     /// The samples of a log as a table.

@@ -12,6 +12,7 @@ use crate::runs::Runs;
 use crate::{Announce, OnClose, TextFile};
 use haptic_experiment::document::Document;
 use haptic_experiment::live::locked;
+use haptic_experiment::read_document;
 use haptic_experiment::{Failure, RealtimeOptions};
 use haptic_loop::SafetyLimits;
 use haptic_tissue::Library;
@@ -135,7 +136,7 @@ impl Hub {
             stops: AtomicU64::new(0),
         };
         if let Some(path) = &hub.options.opens {
-            let (environment, device) = hub.open(&Document::read(path)?)?;
+            let (environment, device) = hub.open(&read_document(path)?)?;
             let start = FeelChange {
                 environment: Some(environment),
                 ..FeelChange::default()

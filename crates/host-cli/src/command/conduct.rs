@@ -8,6 +8,7 @@ use crate::parse::{WAITS, quantity, whole};
 use crate::picture::{of_run, rehearsed};
 use crate::picture_file::Pictures;
 use clap::Args;
+use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::document::Document;
 use haptic_experiment::judge::{Curves, Published, RunReport};
 use haptic_experiment::question::{Answer, Question};

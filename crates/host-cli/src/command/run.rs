@@ -7,6 +7,7 @@ use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{Parameter, Value, tables};
+use haptic_experiment::{DocumentOfKind as _, read_document};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -81,7 +82,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let file = Document::read(&self.file)?;
+        let file = read_document(&self.file)?;
         let document = self.options.over(file)?;
         if let Some(changed) = document.changed_since_log() {
             warn(&changed);

@@ -11,6 +11,7 @@ use haptic_experiment::document::Document;
 use haptic_experiment::experiment::{End, FarReport, Terms};
 use haptic_experiment::judge::Published;
 use haptic_experiment::parameters;
+use haptic_experiment::{DocumentOfKind as _, read_document};
 use haptic_experiment::{ExperimentFile, Failure, Supervisor};
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
@@ -112,7 +113,7 @@ impl Arguments {
             Some(first) if first.to_string_lossy().contains('=') && !first.exists() => {
                 options.and(&first.to_string_lossy()).over(defaults)
             }
-            Some(path) => options.over(Document::read(path)?),
+            Some(path) => options.over(read_document(path)?),
         }
     }
 

@@ -2,10 +2,10 @@
 
 use super::second::SecondReport;
 use super::{ControllerHolder, DRIVE_FORCE_LIMIT, Drive, set_point};
-use crate::document::failure::Failure;
-use crate::document::parameters::CONTROLLER;
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::tick::KeptSample;
+use haptic_document::Failure;
+use haptic_document::parameters::CONTROLLER;
 use haptic_loop::plant::{Holder as _, RigDrive};
 use serde::Serialize;
 

@@ -12,7 +12,6 @@
 //!   a spring of 1e-4 of its first sample.
 
 use super::Drive;
-use crate::document::failure::Failure;
 use crate::experiment::trial::dynamics;
 use crate::judge::preflight::softer;
 use crate::run::advice::parameter;
@@ -24,6 +23,7 @@ use fractional_control::{
     SampledLaw, Term, TwoPort,
 };
 use haptic_analysis::{Dynamics, ForcePath, LoopOperator};
+use haptic_document::Failure;
 use haptic_loop::plant::{FacingConfig, FacingContact, MassDamperConfig, RigDrive};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};

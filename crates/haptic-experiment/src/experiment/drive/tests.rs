@@ -2,7 +2,6 @@
 
 use super::{Drive, DriveJudge, SimulatedRig};
 use crate::ExperimentFile;
-use crate::document::failure::Failure;
 use crate::experiment::bounded_tests::{conducted, defaults};
 use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::Experiment as _;
@@ -14,6 +13,7 @@ use crate::run::simulate::Instrumented as _;
 use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
 use fractional_control::{ControllerSetup, PidParameters};
+use haptic_document::Failure;
 use haptic_log::record::TickMessage;
 use haptic_loop::Device;
 use haptic_loop::plant::{HeldRig, RampHold, RigConfig, RigContact, RigDrive};

@@ -1,8 +1,6 @@
 //! From the run of an indentation and its theory to files, a report and curves.
 
 use super::Indentation;
-use crate::document::failure::Failure;
-use crate::document::parameters::{CONTACT, FORCE_LIMIT};
 use crate::experiment::drive::{
     DriveJudge, DriveReport, DriveSamples, Massless, SecondReport, drive_columns, tell,
 };
@@ -25,6 +23,8 @@ use crate::run::remote::device_name;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
+use haptic_document::Failure;
+use haptic_document::parameters::{CONTACT, FORCE_LIMIT};
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::Newtons;
 use haptic_quantity::{digits, written};

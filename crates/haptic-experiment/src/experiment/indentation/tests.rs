@@ -1,13 +1,13 @@
 //! Every model is rendered: relaxation and creep on the simulated rig against their closed forms.
 
 use super::Indentation;
-use crate::document::Document;
 use crate::experiment::bounded_tests::defaults;
 use crate::experiment::rendering::{Contact, Precision};
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::judge::preflight::{Preflight, WallContact};
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
 use haptic_analysis::Dynamics;
+use haptic_document::Document;
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Loading, LoadingKind};

@@ -1,7 +1,7 @@
 //! Doubts about the force of a device: by its file, and by friction while its handle sticks.
 
-use crate::document::parameters::{DAMPING, FRICTION, MASS, Parameter};
-use crate::document::reader::Interval;
+use haptic_document::Interval;
+use haptic_document::parameters::{DAMPING, FRICTION, MASS, Parameter};
 use haptic_loop::plant::MassDamperConfig;
 use std::ops::Range;
 

@@ -1,9 +1,6 @@
 //! Reports a press: what was measured, its curves, and the smallest modulus that this device and depth can tell.
 
 use super::{PRESS_HOLD, PRESS_RAMP, Press, PressRecord};
-use crate::document::failure::Failure;
-use crate::document::named::Named as _;
-use crate::document::parameters::{CONTROLLER, FORCE_LIMIT};
 use crate::experiment::kind::Experiment as _;
 use crate::judge::report::{Files, Report, RunReport, rows};
 use crate::judge::sensed::SensedForce;
@@ -13,6 +10,9 @@ use crate::run::Ran;
 use crate::run::remote::device_name;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
+use haptic_document::Failure;
+use haptic_document::Named as _;
+use haptic_document::parameters::{CONTROLLER, FORCE_LIMIT};
 use haptic_quantity::written;
 use serde_json::json;
 

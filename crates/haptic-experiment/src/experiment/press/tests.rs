@@ -2,12 +2,12 @@
 
 use super::*;
 use crate::ExperimentFile;
-use crate::document::Document;
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::question::tissue::{RecordForm, RecordQuestion};
 use crate::run::sensor_offset::Tare;
 use crate::run::simulate::simulate;
 use fracdiff::num_complex::Complex;
+use haptic_document::Document;
 use haptic_loop::{Fault, INCOMPRESSIBLE, Modulus};
 use haptic_tissue::identify::{Identification, TableDetails, Understood};
 use haptic_tissue::{Library, Material, ModelKind};

@@ -1,7 +1,7 @@
 //! The socket of a side: greetings, datagrams, strangers.
 
-use crate::document::failure::Failure;
-use crate::document::parameters::{CONNECT, LISTEN};
+use haptic_document::Failure;
+use haptic_document::parameters::{CONNECT, LISTEN};
 use haptic_link::{FRAME_MAX, HandSide};
 use haptic_loop::realtime::Moment;
 use haptic_teleoperation::{Introduction, Peer, PeerMessage};

@@ -1,11 +1,11 @@
 //! Both sides and the line between them, tick by tick in virtual time; each a simulated device with what holds or touches it.
 
 use super::{HandModel, HandMotion, TeleoperationExperiment};
-use crate::document::failure::Failure;
 use crate::experiment::trial::VirtualWall;
 use crate::run::advice::parameter;
 use crate::run::ending::Ending;
 use fracdiff::{Operator, Seconds};
+use haptic_document::Failure;
 use haptic_link::HandSide;
 use haptic_log::record::PerAxis;
 use haptic_loop::plant::{ForceSensor, MassDamper, MassDamperConfig, SUB_STEPS};

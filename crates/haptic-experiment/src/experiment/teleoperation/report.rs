@@ -4,8 +4,6 @@ use super::pair::{Pair, PairTick};
 use super::{
     ARCHITECTURE, HandMotion, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS, TeleoperationExperiment,
 };
-use crate::document::failure::Failure;
-use crate::document::parameters::{SAMPLE_TIME, TISSUE_IN_LOG};
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
@@ -20,6 +18,8 @@ use crate::run::preflight::note_findings;
 use crate::run::samples::Samples;
 use crate::run::{Ran, World, run_logged};
 use fracdiff::num_complex::Complex;
+use haptic_document::Failure;
+use haptic_document::parameters::{SAMPLE_TIME, TISSUE_IN_LOG};
 use haptic_log::record::TickMessage;
 use haptic_loop::Limiters;
 use serde::Serialize;

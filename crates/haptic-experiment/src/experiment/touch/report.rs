@@ -3,8 +3,6 @@
 use super::device::{HandEnergy, depth};
 use super::shape::TouchShape;
 use super::{TOUCH_MUST_BE_PASSIVE, TouchExperiment};
-use crate::document::failure::Failure;
-use crate::document::parameters::SAMPLE_TIME;
 use crate::experiment::trial::{Seen, incomparable};
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::effective;
@@ -23,6 +21,8 @@ use crate::run::safety::GuardChoice;
 use crate::run::safety::keys::{GUARD, RISE_TIME};
 use crate::run::sensor_offset::{SensorOffset, Tare};
 use crate::run::tick::{KeptSample, judged_force_n};
+use haptic_document::Failure;
+use haptic_document::parameters::SAMPLE_TIME;
 use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
 use haptic_loop::{Limit, Limiters, LoadingKind};
 use haptic_tissue::ting;

@@ -8,8 +8,6 @@ use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
     TouchExperiment,
 };
-use crate::document::failure::Failure;
-use crate::document::parameters::{DEVICE, TISSUE_IN_LOG};
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::experiment::trial::no_law_there;
@@ -23,6 +21,8 @@ use crate::run::simulate::Simulated;
 use crate::run::{Ran, run_logged};
 use haptic_analysis::Dynamics;
 use haptic_devices::haply::HaplyPlane;
+use haptic_document::Failure;
+use haptic_document::parameters::{DEVICE, TISSUE_IN_LOG};
 use haptic_link::LoopMode;
 use haptic_loop::plant::{Axes, MassMatrix, Sensed};
 use haptic_loop::units::Kilograms;

@@ -1,9 +1,9 @@
 //! The hand: a path, and how it holds the device on it. And the shape that is touched.
 
 use super::{TOUCH_NORMAL, TOUCH_SURFACE};
-use crate::document::failure::Failure;
-use crate::document::named::named;
 use fracdiff::Operator;
+use haptic_document::Failure;
+use haptic_document::named;
 use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
 use std::f64::consts::{PI, TAU};

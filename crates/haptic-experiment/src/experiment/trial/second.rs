@@ -15,11 +15,6 @@
 //!   within its lasting limits of force, workspace and speed.
 
 use super::{IMPACT, PUSH, TrialPlan, force_and_rate, no_law_there, no_wall, safe_chain};
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters as p;
-use crate::document::parameters::Parameter;
-use crate::document::reader::Table;
 use crate::experiment::drive::{
     CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT, DriveSamples, second_device,
 };
@@ -34,6 +29,11 @@ use crate::run::simulate::{Instrumented, Simulated};
 use crate::run::tick::KeptSample;
 use crate::run::{DeviceModel, Ran, Supervisor, World};
 use fracdiff::parameter::Shown;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters as p;
+use haptic_document::parameters::Parameter;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig, Sensed,

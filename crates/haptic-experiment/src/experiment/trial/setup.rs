@@ -5,10 +5,6 @@ use super::{
     IMPACT, PushBy, Pushed, SecondDevice, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan,
     dynamics, force_and_rate, no_law_there, plan, safe_chain, thrown, try_out,
 };
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters as p;
-use crate::document::reader::Table;
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{device, device_model, remote, samples_fit};
 use crate::judge::Tally;
@@ -22,6 +18,10 @@ use crate::run::samples::Samples;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters as p;
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};

@@ -1,13 +1,13 @@
 //! Answers of analyses, and the numbers that several of them need.
 
 use super::keys::ANALYSED_SCHEME;
-use crate::document::failure::Failure;
-use crate::document::parameters::SAMPLE_TIME;
-use crate::document::reader::Table;
 use crate::judge::Rows;
 use crate::run::folder::OutputFolder;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{LoopOperator, Polygon};
+use haptic_document::Failure;
+use haptic_document::Table;
+use haptic_document::parameters::SAMPLE_TIME;
 use haptic_quantity::label;
 use serde::Serialize;
 

@@ -18,15 +18,15 @@ use super::keys::{
     DIFFERENCE, FELT_HIGH, FELT_LOW, HAND_AMPLITUDE, LEAST_FORCE, OF_A_LAW, POINTS, TRANSPARENCY,
     WEBER_SHARE,
 };
-use crate::document::Document;
-use crate::document::failure::Failure;
-use crate::document::parameters::{LAW, OTHER_LAW, Parameter};
-use crate::document::reader::Table;
 use crate::experiment::reading::with_devices;
 use crate::experiment::tables;
 use crate::judge::rows;
+use crate::run::document::read_document;
 use fracdiff::num_complex::Complex;
 use haptic_analysis::{WantedNumber, nearest};
+use haptic_document::Failure;
+use haptic_document::Table;
+use haptic_document::parameters::{LAW, OTHER_LAW, Parameter};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -157,7 +157,7 @@ fn of_file(table: &Table<'_>, key: &Parameter) -> Result<Option<Felt>, Failure> 
     let Some(path) = table.file(key)? else {
         return Ok(None);
     };
-    let document = Document::read(&path)?;
+    let document = read_document(&path)?;
     let parsed = document.parse()?;
     let words = format!("a law has one of [{}]", LAWS.join("], ["));
     let (kind, law, _) = parsed.one_of(&LAWS, &[], "law", &words)?;

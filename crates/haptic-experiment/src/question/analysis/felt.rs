@@ -7,9 +7,6 @@ use super::keys::{
 };
 use super::law::Law;
 use super::wall::{OnPlant, missing, path, path_result};
-use crate::document::failure::Failure;
-use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
-use crate::document::reader::Table;
 use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::rows;
 use crate::run::device::Warn;
@@ -19,6 +16,9 @@ use haptic_analysis::{
     ClosedLoop, Coupler, Dynamics, LeastDamping, LoopOperator, SampledLoop, SampledPlant,
     SampledWall,
 };
+use haptic_document::Failure;
+use haptic_document::Table;
+use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use haptic_quantity::written;
 use serde_json::{Value, json};
 use std::f64::consts::PI;

@@ -1,20 +1,21 @@
 //! Keys of analyses.
 
-use crate::document::parameters::kind::{Parameter, joined, parameters};
-use crate::document::parameters::range::{
-    ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FORCES_ABOVE_0, FREQUENCIES_HZ,
-    REACHES_ABOVE_0, Range, WALL_NUMBERS, WALL_ORDERS,
-};
-use crate::document::parameters::{
-    AREA, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
-    HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LAW, LIBRARY, MASS,
-    OTHER_LAW, PLANT_MODEL, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
-};
 use crate::experiment::kind::Keys;
 use crate::experiment::teleoperation::{
     ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
 };
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use haptic_document::parameters;
+use haptic_document::parameters::range::{
+    ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FORCES_ABOVE_0, FREQUENCIES_HZ,
+    REACHES_ABOVE_0, Range, WALL_NUMBERS, WALL_ORDERS,
+};
+use haptic_document::parameters::{
+    AREA, COUPLER_DAMPING, COUPLER_SPRING, CURRENT_LAG, DAMPING, DELAY, DEVICE_MODEL,
+    HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LAW, LIBRARY, MASS,
+    OTHER_LAW, PLANT_MODEL, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
+};
+use haptic_document::parameters::{Parameter, joined};
 
 parameters! {
     ANALYSED_TISSUE = text("tissue", "", "Tissue in place of a wall: a name from `host-cli materials list`, or a TOML file");

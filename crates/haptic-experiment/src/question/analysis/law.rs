@@ -4,10 +4,6 @@ use super::answer::{HORIZON, Kind, operator};
 use super::keys::{
     ANALYSED_CONTROLLER, ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, JUDGED_DEPTH,
 };
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters::{Parameter, SCHEME, UNNAMED_PIECE};
-use crate::document::reader::Table;
 use crate::experiment::reading::{fits, piece};
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 use crate::judge::modelled_tissue::TissuePiece;
@@ -17,6 +13,10 @@ use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::LoopOperator;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters::{Parameter, SCHEME, UNNAMED_PIECE};
 use haptic_quantity::{digits, in_five_digits};
 use haptic_tissue::{Model, SampledModel};
 use serde_json::{Value, json};

@@ -3,9 +3,9 @@
 use super::answer::{HORIZON, logarithmic};
 use super::keys::{ANALYSED_CONTROLLER, ANALYSED_MASS, ANALYSED_TISSUE};
 use super::wall::{WallLoop, WithUnits, missing};
-use crate::document::failure::Failure;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{AnalysisError, ClosedLoop, Largest, NoiseGain, OutlinePoint};
+use haptic_document::Failure;
 use haptic_quantity::written;
 use serde_json::{Value, json};
 use std::f64::consts::PI;

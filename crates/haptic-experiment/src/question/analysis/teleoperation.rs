@@ -2,11 +2,6 @@
 
 use super::answer::{Analysed, Drawn, HandPoint, logarithmic, rate};
 use super::keys::{BEST, FELT_HIGH, FELT_LOW, FELT_POINTS, PLAYOUT_SAMPLES};
-use crate::document::failure::Failure;
-use crate::document::parameters::{
-    DAMPING, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
-};
-use crate::document::reader::Table;
 use crate::experiment::reading::linear_piece;
 use crate::experiment::teleoperation::{
     ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
@@ -19,6 +14,11 @@ use fracdiff::{Order, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
     CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation, Transparency,
+};
+use haptic_document::Failure;
+use haptic_document::Table;
+use haptic_document::parameters::{
+    DAMPING, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
 };
 use haptic_link::Architecture;
 use haptic_quantity::{digits, written};

@@ -8,9 +8,6 @@ use super::keys::{
     ANALYSED_MASS, ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA, SENSITIVITY_POINTS,
 };
 use super::law::{InPlace, Law, without};
-use crate::document::failure::Failure;
-use crate::document::parameters::{DEVICE_MODEL, PLANT_MODEL, Parameter};
-use crate::document::reader::Table;
 use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::{Rows, rows};
 use crate::run::advice::analysed;
@@ -21,6 +18,9 @@ use haptic_analysis::{
     OnePort, Polygon, RequiredDelta, SampledLoop, SampledPlant, SampledWall, StabilityRegion,
     StableArea,
 };
+use haptic_document::Failure;
+use haptic_document::Table;
+use haptic_document::parameters::{DEVICE_MODEL, PLANT_MODEL, Parameter};
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 use std::f64::consts::PI;

@@ -3,10 +3,6 @@
 use super::conduct::{Bench, Found, done};
 use super::line::{Point, line};
 use super::{CALIBRATE_STEP, CALIBRATE_WEIGHT, CALIBRATION, GRAVITY, Person, TABLES, Task, asked};
-use crate::document::Document;
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
 use crate::experiment::reading::{device_model, remote_by};
 use crate::question::measurement::drive::{INTERRUPTED, armed, opened};
 use crate::question::measurement::{MEASURE_DEVICE, MeasurePlan};
@@ -16,6 +12,10 @@ use crate::run::plant_file::calibration::{
     Calibration, Estimate, MOTOR_FACTOR, SENSOR_FACTOR, SENSOR_LAG, SENSOR_OFFSET,
 };
 use crate::run::remote::RemoteDevice;
+use haptic_document::Document;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
 use haptic_log::record::StartTime;
 use haptic_quantity::written;
 use serde::Serialize;

@@ -2,10 +2,10 @@
 
 use super::line::Point;
 use super::{Person, Task, asked};
-use crate::document::failure::Failure;
 use crate::question::measurement::drive::{DriveError, Outcome, Stoppable};
 use crate::question::measurement::{MEASURE_FORCE_LIMIT, MeasurePlan};
 use crate::run::plant_file::calibration::Estimate;
+use haptic_document::Failure;
 use haptic_loop::units::Seconds;
 use haptic_loop::{Controller, Device, Engaged, Environment, SafetyChain};
 use haptic_quantity::written;

@@ -5,9 +5,9 @@
 //! ```
 //! Half an interval is t·σ·‖row of A⁺‖₂ for the scatter σ with t of Student, and half a step of the instrument times ‖row of A⁺‖₁, at its worst.
 
-use crate::document::failure::Failure;
 use crate::question::measurement::MEASURE_FORCE_LIMIT;
 use crate::run::plant_file::calibration::Estimate;
+use haptic_document::Failure;
 use haptic_tissue::identify::student;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;

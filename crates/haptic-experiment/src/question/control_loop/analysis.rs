@@ -1,7 +1,6 @@
 //! The verdict on a loop, its root and its margins; or the poles of a plant alone.
 
 use super::{ControlLoop, LOOP_CONTROLLER};
-use crate::document::failure::Failure;
 use crate::judge::control::{in_short, margins, refused};
 use core::f64::consts::PI;
 use fractional_control::analysis::{
@@ -9,6 +8,7 @@ use fractional_control::analysis::{
 };
 use fractional_control::num_complex::Complex;
 use fractional_control::{ControllerSetup, Crossing, Margins};
+use haptic_document::Failure;
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 

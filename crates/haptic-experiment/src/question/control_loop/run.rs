@@ -1,15 +1,15 @@
 //! A step, or any record, through a loop or a plant alone.
 
 use super::{COMMAND_LIMITS, ControlLoop, LOOP_CONTROLLER, REFERENCE, RUN_LENGTH, STEP_HEIGHT};
-use crate::document::failure::Failure;
-use crate::document::parameters::range::{DURATIONS, NUMBERS, SAMPLE_TIMES};
-use crate::document::short;
 use crate::judge::control::{in_degrees, refused, shape};
 use crate::question::controller::{check_step, samples};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use fractional_control::run::{LoopRun, integer_baseline, run, run_plant, samples_for};
 use fractional_control::{ControlError, ControllerSetup, Response};
+use haptic_document::Failure;
+use haptic_document::parameters::range::{DURATIONS, NUMBERS, SAMPLE_TIMES};
+use haptic_document::short;
 use haptic_quantity::digits;
 use measured_table::read_record;
 use serde_json::{Value, json};

@@ -1,11 +1,11 @@
 //! The report of a designed controller: its numbers, and sentences on them.
 
 use super::{CROSSOVER, LOOP_TIME, NOT_FLAT, PHASE_MARGIN};
-use crate::document::failure::Failure;
 use crate::judge::control::{DesignWords, gains, in_degrees, margins, refused, row_of_wish, shape};
 use crate::judge::rows;
 use fractional_control::ControlError;
 use fractional_control::design::{ControlAnswer, ControlDesign, TunedController, Wish};
+use haptic_document::Failure;
 use serde_json::{Value, json};
 
 /// A controller that was designed, with the best PID of order 1 beside it.

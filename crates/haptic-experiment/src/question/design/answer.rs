@@ -6,16 +6,16 @@ use super::{
     Candidate, ControllerVerdict, Design, DesignReport, FORCE_NOISE_LIMIT, RealisticTrial,
     TissueVerdict, Wish,
 };
-use crate::document::failure::Failure;
-use crate::document::lines_of;
-use crate::document::parameters as p;
-use crate::document::parameters::Parameter;
 use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT, TrialSetup, WINDOW};
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS, WallExperiment};
 use crate::judge::preflight::WallContact;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::plant_file::DeviceModel;
 use fracdiff::{Order, Scheme};
+use haptic_document::Failure;
+use haptic_document::lines_of;
+use haptic_document::parameters as p;
+use haptic_document::parameters::Parameter;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
 use std::cmp::Ordering;

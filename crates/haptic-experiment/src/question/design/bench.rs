@@ -1,7 +1,6 @@
 //! One order on the device: the best wall under the requirement, and what the analysis says of it.
 
 use super::{Candidate, Design, Wish};
-use crate::document::failure::Failure;
 use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::question::bench::{crossings, largest_scales, last, minimum_of, units};
@@ -10,6 +9,7 @@ use haptic_analysis::{
     AnalysisError, Dynamics, Effective, Largest, LoopOperator, NoiseGain, OnePort, RequiredDelta,
     SampledLoop, SampledPlant, SampledWall, StabilityRegion, StableArea,
 };
+use haptic_document::Failure;
 use haptic_quantity::digits;
 use haptic_tissue::Model;
 use std::f64::consts::PI;

@@ -18,8 +18,6 @@
 use super::answer::keys;
 use super::nothing_found;
 use super::search::{Tried, best, plan};
-use crate::document::failure::Failure;
-use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use crate::experiment::coupler::{
     COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
 };
@@ -32,6 +30,8 @@ use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, ForcePath, LeastDamping,
     LoopOperator,
 };
+use haptic_document::Failure;
+use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use haptic_loop::plant::MassDamperConfig;
 use serde::Serialize;
 use std::f64::consts::PI;

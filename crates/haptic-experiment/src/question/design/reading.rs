@@ -6,13 +6,6 @@ use super::{
     COMPARED_AT_HZ, DESIGN_ORDERS, Design, FORCE_NOISE_LIMIT, FRONT, GAIN_MARGIN, REQUIRE,
     RequireName, WISH, WISH_FREQUENCY, WISH_TISSUE, Wish, WishName,
 };
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters::{
-    CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SAMPLE_TIME, SCHEME,
-    SENSOR_NOISE, UNNAMED_PIECE,
-};
-use crate::document::reader::Table;
 use crate::experiment::reading::linear_piece;
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT, contact};
@@ -21,6 +14,13 @@ use crate::judge::preflight::WallContact;
 use crate::question::analysis::{ANALYSED_CONTROLLER, law};
 use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters::{
+    CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SAMPLE_TIME, SCHEME,
+    SENSOR_NOISE, UNNAMED_PIECE,
+};
 
 pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
     let wish = table.choice(&WISH)?;

@@ -26,7 +26,6 @@
 
 use super::bench::Bench;
 use super::{Candidate, Design, Noisier};
-use crate::document::failure::Failure;
 use crate::experiment::trial::{Trial, TrialSetup, louder};
 use crate::experiment::wall::WallExperiment;
 use crate::judge::settling::{GONE_M, TrialVerdict};
@@ -34,6 +33,7 @@ use crate::question::bench::last;
 use crate::{Settling, TrialPlan};
 use fracdiff::{FrequencyResponse as _, Order, Seconds};
 use haptic_analysis::AnalysisError;
+use haptic_document::Failure;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

@@ -4,14 +4,14 @@ use super::{
     HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MeasuredAxis, MotionRecord,
     OwnLimits,
 };
-use crate::document::failure::Failure;
-use crate::document::named::Named as _;
 use crate::run::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
 use crate::run::ending::Lateness;
 use crate::run::realtime::RealtimeOptions;
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, push};
 use crate::run::schedule::{Pace, Schedule};
 use crate::run::sensors::Sensors;
+use haptic_document::Failure;
+use haptic_document::Named as _;
 use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Seconds;

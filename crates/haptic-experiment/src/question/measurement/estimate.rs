@@ -15,9 +15,9 @@ use super::fit::{
 use super::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MotionRecord,
 };
-use crate::document::parameters as p;
-use crate::document::reader::Interval;
 use crate::run::plant_file::{DeviceModel, DeviceValues};
+use haptic_document::Interval;
+use haptic_document::parameters as p;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 

@@ -13,9 +13,9 @@ use super::{
     Measurement, MotionRecord, OwnLimits,
 };
 use crate::Sensors;
-use crate::document::Document;
 use crate::run::plant_file::DeviceModel;
 use fracdiff::Seconds;
+use haptic_document::Document;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Device, Fault, Reading, SafeForce};

@@ -1,7 +1,7 @@
 //! The keys of a question to the record of a plant.
 
-use crate::document::parameters::range::{DEAD_TIMES, Range, SAMPLE_TIMES};
 use crate::question::form::form;
+use haptic_document::parameters::range::{DEAD_TIMES, Range, SAMPLE_TIMES};
 
 form! {
     /// Values that complete the table of a plant, by the names of keys; numbers in SI units.

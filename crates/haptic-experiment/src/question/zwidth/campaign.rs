@@ -4,8 +4,8 @@
 //! was found there is no file.
 
 use super::upward::Settled;
-use crate::document::failure::Failure;
-use crate::document::parameters::CAMPAIGN;
+use haptic_document::Failure;
+use haptic_document::parameters::CAMPAIGN;
 use haptic_log::record::{LineFile, NewFileError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

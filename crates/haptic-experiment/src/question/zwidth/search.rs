@@ -4,8 +4,6 @@ use super::campaign::{Campaign, Cell, Extent, Line};
 use super::trials::Trials;
 use super::upward::{Settled, upward};
 use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
-use crate::document::failure::Failure;
-use crate::document::named::Named as _;
 use crate::experiment::trial::{
     PositionLaw, TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, thrown, try_out,
     wall_at_start,
@@ -20,6 +18,8 @@ use crate::run::remote::{RemoteDevice, RemoteLaw, device_name, held, portable};
 use crate::run::sensors::Sensors;
 use fracdiff::{Differintegrator as _, Operator, Order};
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
+use haptic_document::Failure;
+use haptic_document::Named as _;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::{Newtons, Seconds};
 use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain, SafetyLimits};

@@ -10,11 +10,12 @@
 //! sensed_lag_s = [0.0008, 0.001, 0.0012]
 //! ```
 
-use crate::document::error::FileError;
-use crate::document::failure::Failure;
-use crate::document::parameters::kind::{Parameter, parameters};
-use crate::document::parameters::range::{Range, either_sign};
-use crate::document::reader::Table;
+use haptic_document::Failure;
+use haptic_document::FileError;
+use haptic_document::Table;
+use haptic_document::parameters;
+use haptic_document::parameters::Parameter;
+use haptic_document::parameters::range::{Range, either_sign};
 use haptic_quantity::{label, written};
 use haptic_remote::serial::ForceFactors;
 use serde::Serialize;

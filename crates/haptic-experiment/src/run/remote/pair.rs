@@ -3,15 +3,15 @@
 use super::partner::{Both, DriveRan, Partner, Side, aligned};
 use super::run::RemoteRun;
 use super::session::Ready;
-use crate::document::failure::Failure;
-use crate::document::parameters::{
-    DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, SAMPLE_TIME, TRIAL_DURATION,
-};
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::preflight::note_findings;
 use crate::run::record::{WHOLE_MOST, keeps_all};
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
+use haptic_document::Failure;
+use haptic_document::parameters::{
+    DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, SAMPLE_TIME, TRIAL_DURATION,
+};
 use haptic_loop::{Controller, Environment};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;

@@ -1,9 +1,6 @@
 //! A run to be made on a connected device: judged, configured, then handed to its session.
 
 use super::session::{HostSession, Ready, Steers};
-use crate::document::failure::Failure;
-use crate::document::named::Named;
-use crate::document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::ending::Keeper;
@@ -20,6 +17,9 @@ use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::Named;
+use haptic_document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
 use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
 use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;

@@ -1,6 +1,5 @@
 //! A configured device: arm, start, listen or control, let go, and close the log.
 
-use crate::document::failure::Failure;
 use crate::run::ending::{Ending, MotorPush};
 use crate::run::fault_recorder::AFTER;
 use crate::run::flat::flat;
@@ -16,6 +15,7 @@ use crate::run::sensor_offset::{OFFSET_SAMPLES, SensorOffset};
 use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
+use haptic_document::Failure;
 use haptic_link::{
     EventKind, FaultReport, LoopMode, Refusal, Request, Sample, Start, State, Statistics,
 };

@@ -1,8 +1,8 @@
 //! Counts of a link over a run, for the report and for the log.
 
-use crate::document::named::Named;
 use crate::run::device::firmware_version;
 use crate::run::remote::RemoteDevice;
+use haptic_document::Named;
 use haptic_link::Statistics;
 use haptic_loop::Tap;
 use haptic_loop::realtime::Durations;

@@ -1,7 +1,7 @@
 //! The guard that an experiment asks for, and what it has to know of the device.
 
-use crate::document::named::named;
 use crate::run::sensors::Sensors;
+use haptic_document::named;
 use haptic_link::Capabilities;
 use haptic_loop::plant::MassDamperConfig;
 use serde::Serialize;

@@ -2,8 +2,8 @@
 
 use crate::mcap::{self, warn_of_order};
 use crate::table;
-use haptic_experiment::document::Document;
 use haptic_experiment::question::tissue::RecordQuestion;
+use haptic_experiment::read_document;
 use haptic_experiment::{ExperimentFile, Failure};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Loading;
@@ -86,7 +86,7 @@ pub(super) fn read(
     }
     let understood = if is_ours(&question.reader, path)? {
         let mut reading = question.reading;
-        let experiment = Document::read(path).and_then(|document| ExperimentFile::open(&document));
+        let experiment = read_document(path).and_then(|document| ExperimentFile::open(&document));
         let experiment = experiment.ok();
         let loading = (experiment.as_ref()).and_then(|one| loading_of(one, &mut reading));
         let read = log(&question.reader, path, &reading.loading)?;

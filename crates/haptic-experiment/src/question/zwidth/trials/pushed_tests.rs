@@ -1,11 +1,11 @@
 //! A device that pushes by itself, tick by tick in virtual time: the device side of the link, with a handle that stays where it was left.
 
 use super::*;
-use crate::document::Document;
 use crate::question::zwidth::campaign::Campaign;
 use crate::question::zwidth::{ZWidth, ZWidthReport};
 use crate::run::DeviceName;
 use crate::run::sensors::Sensors;
+use haptic_document::Document;
 use haptic_emulator::LineFaults;
 use haptic_emulator::board::{Body, Emulation, emulate};
 use haptic_link::Limits;

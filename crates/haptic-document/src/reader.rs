@@ -1,8 +1,8 @@
 //! A table of a document, read key by key, so that every refusal names the place of its value.
 
 use super::error::{FileError, Source};
-use crate::document::named::Named;
-use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path};
+use crate::Named;
+use crate::parameters::{Parameter, Range, Value, in_degrees, is_path};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_quantity::{did_you_mean, short};
@@ -14,25 +14,29 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 /// One table of a document, in its layers.
 #[derive(Debug)]
-pub(crate) struct Table<'a> {
-    pub(crate) name: &'a str,
+pub struct Table<'a> {
+    /// The name in brackets.
+    pub name: &'a str,
     /// The top one first; at least one.
-    pub(crate) parts: Vec<Part<'a>>,
+    pub parts: Vec<Part<'a>>,
     /// Of the numbers of a file that a layer names.
-    pub(crate) intervals: Vec<Interval>,
+    pub intervals: Vec<Interval>,
 }
 
 /// Two numbers between which a value of a device lies in 95 of 100 cases.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Interval {
+pub struct Interval {
+    /// Its key.
     pub key: &'static str,
+    /// The lower one, in the unit of the key.
     pub low: f64,
+    /// The upper one.
     pub high: f64,
 }
 
 /// A table in one layer.
 #[derive(Debug)]
-pub(crate) struct Part<'a> {
+pub struct Part<'a> {
     source: Source<'a>,
     offset: usize,
     entries: &'a DeTable<'a>,
@@ -41,7 +45,7 @@ pub(crate) struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    pub(crate) const fn new(source: Source<'a>, offset: usize, entries: &'a DeTable<'a>) -> Self {
+    pub const fn new(source: Source<'a>, offset: usize, entries: &'a DeTable<'a>) -> Self {
         Self {
             source,
             offset,
@@ -169,7 +173,10 @@ impl<'a> Found<'a> {
 
 impl<'a> Table<'a> {
     /// Itself, if it has no other keys than these.
-    pub(crate) fn with_keys(self, known: &[(&str, &[Parameter])]) -> Result<Self, FileError> {
+    ///
+    /// # Errors
+    /// An unknown key, with the one that it may stand for.
+    pub fn with_keys(self, known: &[(&str, &[Parameter])]) -> Result<Self, FileError> {
         let keys = || {
             let tables = known.iter().flat_map(|(_, parameters)| *parameters);
             tables.map(|parameter| parameter.key)
@@ -190,7 +197,10 @@ impl<'a> Table<'a> {
     }
 
     /// Itself, with the numbers of the file that this key names, below the keys of the layer that names it, and their intervals.
-    pub(crate) fn with_named(
+    ///
+    /// # Errors
+    /// What `read` says, at the place of the key.
+    pub fn with_named(
         mut self,
         parameter: &Parameter,
         read: impl Fn(&Path) -> Result<(Vec<(&'static str, f64)>, Vec<Interval>), FileError>,
@@ -208,7 +218,7 @@ impl<'a> Table<'a> {
     }
 
     /// True if a text is given by this other key, and in no higher layer the key.
-    pub(crate) fn lies_below(&self, parameter: &Parameter, other: &Parameter) -> bool {
+    pub fn lies_below(&self, parameter: &Parameter, other: &Parameter) -> bool {
         let layer = |key: &str| self.parts.iter().position(|part| part.find(key).is_some());
         let is_given = self.text(other).is_ok_and(|text| !text.is_empty());
         let names = layer(other.key).filter(|_| is_given);
@@ -216,7 +226,7 @@ impl<'a> Table<'a> {
     }
 
     /// An error that concerns the table as a whole.
-    pub(crate) fn fail(&self, reason: impl Display) -> FileError {
+    pub fn fail(&self, reason: impl Display) -> FileError {
         match self.parts.last() {
             Some(part) => part.source.fail_from(part.offset, reason),
             None => FileError::wording("", reason),
@@ -224,7 +234,7 @@ impl<'a> Table<'a> {
     }
 
     /// An error about a key; about the table if the key is not in the file.
-    pub(crate) fn fail_at(&self, key: &str, reason: impl Display) -> FileError {
+    pub fn fail_at(&self, key: &str, reason: impl Display) -> FileError {
         match self.find(key) {
             Some(found) => found.fail(reason),
             None => self.fail(reason),
@@ -232,21 +242,24 @@ impl<'a> Table<'a> {
     }
 
     /// The path that a key gives, from the folder of its file; none where it gives a name or nothing.
-    pub(crate) fn path(&self, parameter: &Parameter) -> Option<PathBuf> {
+    pub fn path(&self, parameter: &Parameter) -> Option<PathBuf> {
         let found = self.find(parameter.key)?;
         let text = found.value.as_str()?;
         is_path(parameter.key, text).then(|| path_from(found.source, text))
     }
 
     /// The file that a key names: a path from the folder of its file, or a name as it is; none where the text is empty.
-    pub(crate) fn file(&self, parameter: &Parameter) -> Result<Option<PathBuf>, FileError> {
+    ///
+    /// # Errors
+    /// Anything but a string.
+    pub fn file(&self, parameter: &Parameter) -> Result<Option<PathBuf>, FileError> {
         let name = self.text(parameter)?;
         let file = || self.path(parameter).unwrap_or_else(|| name.into());
         Ok((!name.is_empty()).then(file))
     }
 
     /// The text of the file that a key of a log's document names, as the log has it; none where the key is given over it.
-    pub(crate) fn logged(&self, parameter: &Parameter, entry: &str) -> Option<&'a str> {
+    pub fn logged(&self, parameter: &Parameter, entry: &str) -> Option<&'a str> {
         let mut parts = self.parts.iter();
         let part = parts.find(|part| part.find(parameter.key).is_some());
         let source = part.or(self.parts.last())?.source;
@@ -254,18 +267,18 @@ impl<'a> Table<'a> {
     }
 
     /// True if the key is there.
-    pub(crate) fn has(&self, parameter: &Parameter) -> bool {
+    pub fn has(&self, parameter: &Parameter) -> bool {
         self.find(parameter.key).is_some()
     }
 
     /// True if the key was given by an option or an assignment, not by a file or a form.
-    pub(crate) fn is_given(&self, parameter: &Parameter) -> bool {
+    pub fn is_given(&self, parameter: &Parameter) -> bool {
         let found = self.find(parameter.key);
         found.is_some_and(|found| !found.source.said_at(found.offset).is_empty())
     }
 
     /// The value as TOML, if the key is there.
-    pub(crate) fn written(&self, parameter: &Parameter) -> Option<&'a str> {
+    pub fn written(&self, parameter: &Parameter) -> Option<&'a str> {
         self.parts.iter().find_map(|part| {
             let value = part.entry(parameter.key)?;
             part.source.text.get(value.span())
@@ -273,19 +286,28 @@ impl<'a> Table<'a> {
     }
 
     /// A number, or its default.
-    pub(crate) fn number(&self, parameter: &Parameter) -> Result<f64, FileError> {
+    ///
+    /// # Errors
+    /// A value of another kind, or a number outside the range of the parameter.
+    pub fn number(&self, parameter: &Parameter) -> Result<f64, FileError> {
         let number = self.number_in_layers(parameter, true)?;
         Ok(number.unwrap_or(parameter.default_number()))
     }
 
     /// A number that must be there.
-    pub(crate) fn required(&self, parameter: &Parameter) -> Result<f64, FileError> {
+    ///
+    /// # Errors
+    /// A key that is not there; else as for [`number`](Self::number).
+    pub fn required(&self, parameter: &Parameter) -> Result<f64, FileError> {
         let number = self.number_in_layers(parameter, false)?;
         number.ok_or_else(|| self.missing(parameter))
     }
 
     /// A number, if the key is there.
-    pub(crate) fn number_if(&self, parameter: &Parameter) -> Result<Option<f64>, FileError> {
+    ///
+    /// # Errors
+    /// As for [`number`](Self::number).
+    pub fn number_if(&self, parameter: &Parameter) -> Result<Option<f64>, FileError> {
         self.number_in_layers(parameter, false)
     }
 
@@ -309,7 +331,10 @@ impl<'a> Table<'a> {
     }
 
     /// A whole number of at least 0.
-    pub(crate) fn count(&self, parameter: &Parameter) -> Result<u64, FileError> {
+    ///
+    /// # Errors
+    /// A value of another kind, or a negative one.
+    pub fn count(&self, parameter: &Parameter) -> Result<u64, FileError> {
         let key = parameter.key;
         let Some(found) = self.find(key) else {
             return Ok(parameter.default_count());
@@ -328,7 +353,10 @@ impl<'a> Table<'a> {
     }
 
     /// An order, or its default; one without a default must be there.
-    pub(crate) fn order(&self, parameter: &Parameter) -> Result<Order, FileError> {
+    ///
+    /// # Errors
+    /// As for [`number`](Self::number).
+    pub fn order(&self, parameter: &Parameter) -> Result<Order, FileError> {
         let number = if parameter.default_number().is_nan() {
             self.required(parameter)
         } else {
@@ -337,13 +365,20 @@ impl<'a> Table<'a> {
         Order::new(number?).map_err(|error| self.fail_at(parameter.key, error))
     }
 
-    pub(crate) fn scheme(&self, parameter: &Parameter) -> Result<Scheme, FileError> {
+    /// A scheme of D^μ, or its default.
+    ///
+    /// # Errors
+    /// No scheme of that name, or one without what it needs.
+    pub fn scheme(&self, parameter: &Parameter) -> Result<Scheme, FileError> {
         let scheme = short(self.text(parameter)?).parse();
         scheme.map_err(|error: SchemeError| self.fail_at(parameter.key, error))
     }
 
     /// A whole number in a range.
-    pub(crate) fn count_in(
+    ///
+    /// # Errors
+    /// A value of another kind, or a number outside this range.
+    pub fn count_in(
         &self,
         parameter: &Parameter,
         range: RangeInclusive<u64>,
@@ -359,7 +394,11 @@ impl<'a> Table<'a> {
         ))
     }
 
-    pub(crate) fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {
+    /// True if it is on; a default is off unless its parameter says otherwise.
+    ///
+    /// # Errors
+    /// Anything but `true` and `false`.
+    pub fn flag(&self, parameter: &Parameter) -> Result<bool, FileError> {
         let key = parameter.key;
         let Some(found) = self.find(key) else {
             return Ok(parameter.value == Value::Flag(true));
@@ -368,7 +407,11 @@ impl<'a> Table<'a> {
         flag.ok_or_else(|| found.wrong_kind(key, "true or false"))
     }
 
-    pub(crate) fn text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
+    /// A text, or its default.
+    ///
+    /// # Errors
+    /// Anything but a string.
+    pub fn text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
         let key = parameter.key;
         let Some(found) = self.find(key) else {
             return Ok(parameter.shown);
@@ -378,7 +421,10 @@ impl<'a> Table<'a> {
     }
 
     /// A text that must be there.
-    pub(crate) fn required_text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
+    ///
+    /// # Errors
+    /// A key that is not there, or anything but a string.
+    pub fn required_text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
         match self.find(parameter.key) {
             Some(_) => self.text(parameter),
             None => Err(self.missing(parameter)),
@@ -386,12 +432,18 @@ impl<'a> Table<'a> {
     }
 
     /// A list of numbers that must be there.
-    pub(crate) fn numbers(&self, parameter: &Parameter) -> Result<Vec<f64>, FileError> {
+    ///
+    /// # Errors
+    /// A key that is not there; else as for [`numbers_if`](Self::numbers_if).
+    pub fn numbers(&self, parameter: &Parameter) -> Result<Vec<f64>, FileError> {
         self.must(parameter)?.numbers(parameter)
     }
 
     /// A list of lists of numbers that must be there.
-    pub(crate) fn matrix(&self, parameter: &Parameter) -> Result<Vec<Vec<f64>>, FileError> {
+    ///
+    /// # Errors
+    /// A key that is not there, a row that is no list, or as for [`number`](Self::number).
+    pub fn matrix(&self, parameter: &Parameter) -> Result<Vec<Vec<f64>>, FileError> {
         const ROWS: &str = "a list of rows, as in [[0, 1], [0, -5]]";
         let found = self.must(parameter)?;
         let rows = found.items(parameter.key, "a list, as in [0, 1]")?.iter();
@@ -404,7 +456,10 @@ impl<'a> Table<'a> {
     }
 
     /// A list of numbers, or one of them alone, if the key is there.
-    pub(crate) fn numbers_if(&self, parameter: &Parameter) -> Result<Option<Vec<f64>>, FileError> {
+    ///
+    /// # Errors
+    /// A value of another kind, or a number outside the range of the parameter.
+    pub fn numbers_if(&self, parameter: &Parameter) -> Result<Option<Vec<f64>>, FileError> {
         let numbers = self
             .find(parameter.key)
             .map(|found| match found.value.as_array() {
@@ -415,10 +470,10 @@ impl<'a> Table<'a> {
     }
 
     /// A list of lists of numbers, if the key is there.
-    pub(crate) fn matrix_if(
-        &self,
-        parameter: &Parameter,
-    ) -> Result<Option<Vec<Vec<f64>>>, FileError> {
+    ///
+    /// # Errors
+    /// As for [`matrix`](Self::matrix).
+    pub fn matrix_if(&self, parameter: &Parameter) -> Result<Option<Vec<Vec<f64>>>, FileError> {
         let found = self.find(parameter.key);
         found.map(|_| self.matrix(parameter)).transpose()
     }
@@ -434,7 +489,10 @@ impl<'a> Table<'a> {
     }
 
     /// One of the values that the command line knows for it.
-    pub(crate) fn choice<T: Named>(&self, parameter: &Parameter) -> Result<T, FileError> {
+    ///
+    /// # Errors
+    /// Another text than one of the names, which the message lists.
+    pub fn choice<T: Named>(&self, parameter: &Parameter) -> Result<T, FileError> {
         let (key, text) = (parameter.key, self.text(parameter)?);
         T::named(text).ok_or_else(|| {
             let names: Vec<&str> = T::CHOICES.iter().map(|choice| choice.1).collect();

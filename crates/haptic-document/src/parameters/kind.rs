@@ -44,7 +44,8 @@ impl Parameter {
         }
     }
 
-    pub(crate) const fn number(
+    /// A number with a default, in SI units and as a person writes it.
+    pub const fn number(
         key: &'static str,
         default: f64,
         shown: &'static str,
@@ -54,20 +55,23 @@ impl Parameter {
         Self::new(key, Value::Number(Some(default), range), shown, help)
     }
 
-    pub(crate) const fn optional(key: &'static str, range: Range, help: &'static str) -> Self {
+    /// A number that is off, or asked of something else, unless it is given.
+    pub const fn optional(key: &'static str, range: Range, help: &'static str) -> Self {
         Self::new(key, Value::Number(None, range), "", help)
     }
 
     /// A limit of the safety chain, off or as the device has it unless it is given.
-    pub(crate) const fn limit(limit: Limit) -> Self {
+    pub const fn limit(limit: Limit) -> Self {
         Self::optional(limit.key(), Range::of(limit), limit.help())
     }
 
-    pub(crate) const fn text(key: &'static str, default: &'static str, help: &'static str) -> Self {
+    /// A text with a default.
+    pub const fn text(key: &'static str, default: &'static str, help: &'static str) -> Self {
         Self::new(key, Value::Text(default), default, help)
     }
 
-    pub(crate) const fn count(
+    /// A whole number with a default.
+    pub const fn count(
         key: &'static str,
         default: u64,
         shown: &'static str,
@@ -76,12 +80,13 @@ impl Parameter {
         Self::new(key, Value::Count(default), shown, help)
     }
 
-    pub(crate) const fn list(key: &'static str, range: Range, help: &'static str) -> Self {
+    /// A list of numbers without a default.
+    pub const fn list(key: &'static str, range: Range, help: &'static str) -> Self {
         Self::new(key, Value::List(range), "", help)
     }
 
     /// A list of numbers with a default, which is written with commas between them.
-    pub(crate) const fn list_of(
+    pub const fn list_of(
         key: &'static str,
         shown: &'static str,
         range: Range,
@@ -102,7 +107,7 @@ impl Parameter {
     }
 
     /// One that is off unless it is given.
-    pub(crate) const fn flag(key: &'static str, help: &'static str) -> Self {
+    pub const fn flag(key: &'static str, help: &'static str) -> Self {
         Self::new(key, Value::Flag(false), "", help)
     }
 
@@ -121,7 +126,7 @@ impl Parameter {
     }
 
     /// It and the value that it is to have, in a sentence.
-    pub(crate) fn set_to<V: fmt::Display>(&self, value: V) -> String {
+    pub fn set_to<V: fmt::Display>(&self, value: V) -> String {
         Key(self.key).set_to(value)
     }
 
@@ -144,7 +149,7 @@ impl Parameter {
     }
 
     /// The default of a list of numbers; empty if it has none.
-    pub(crate) fn default_numbers(&self) -> Vec<f64> {
+    pub fn default_numbers(&self) -> Vec<f64> {
         let numbers = self.shown.split(',');
         numbers.filter_map(|number| number.parse().ok()).collect()
     }
@@ -170,7 +175,7 @@ impl fmt::Display for Parameter {
 ///
 /// # Panics
 /// If they have not `N` in all: then it does not compile.
-pub(crate) const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter; N] {
+pub const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter; N] {
     let mut all = [Parameter::flag("", ""); N];
     let (mut list, mut to) = (0, 0);
     while list < lists.len() {
@@ -187,18 +192,18 @@ pub(crate) const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter
 
 /// Parameters as constants: name, kind, and what it is made of; each is documented by its key, and its help says the rest.
 /// Behind `crate;` stand those that nobody outside names.
+#[macro_export]
 macro_rules! parameters {
     (crate; $($(#[$meta:meta])* $name:ident = $kind:ident($key:expr $(, $part:expr)* $(,)?);)*) => {
-        $($(#[$meta])* pub(crate) const $name: $crate::document::parameters::Parameter =
-            $crate::document::parameters::Parameter::$kind($key $(, $part)*);)*
+        $($(#[$meta])* pub(crate) const $name: $crate::parameters::Parameter =
+            $crate::parameters::Parameter::$kind($key $(, $part)*);)*
     };
     ($(#[$meta:meta])* all $all:ident; $($(#[$doc:meta])* $name:ident = $kind:ident $parts:tt;)*) => {
-        $crate::document::parameters::kind::parameters! { $($(#[$doc])* $name = $kind $parts;)* }
-        $(#[$meta])* pub(crate) const $all: &[$crate::document::parameters::Parameter] = &[$($name),*];
+        $crate::parameters! { $($(#[$doc])* $name = $kind $parts;)* }
+        $(#[$meta])* pub(crate) const $all: &[$crate::parameters::Parameter] = &[$($name),*];
     };
     ($($(#[$meta:meta])* $name:ident = $kind:ident($key:expr $(, $part:expr)* $(,)?);)*) => {
-        $(#[doc = concat!("The parameter ", stringify!($key), ".")] #[doc = ""] $(#[$meta])* pub const $name: $crate::document::parameters::Parameter =
-            $crate::document::parameters::Parameter::$kind($key $(, $part)*);)*
+        $(#[doc = concat!("The parameter ", stringify!($key), ".")] #[doc = ""] $(#[$meta])* pub const $name: $crate::parameters::Parameter =
+            $crate::parameters::Parameter::$kind($key $(, $part)*);)*
     };
 }
-pub(crate) use parameters;

@@ -1,14 +1,15 @@
 //! Keys that several kinds share, or that a room below the kinds names.
 
 use super::range::Range;
-use crate::document::named::named;
-use crate::document::parameters::kind::{Parameter, parameters};
-use crate::document::parameters::range::{
+use crate::named;
+use crate::parameters;
+use crate::parameters::kind::Parameter;
+use crate::parameters::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
     FORCES_ABOVE_0, HALF_ANGLES, MASSES, OFFSETS, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS,
     SPECIMENS, STIFFNESSES,
 };
-use haptic_link::Limits as Wire;
+use haptic_link::{Architecture, Limits as Wire, LoopMode};
 use haptic_loop::{Limit, LoadingKind};
 
 parameters! {
@@ -64,7 +65,7 @@ parameters! {
 }
 
 /// Of a piece of tissue: what it is, and how it is pressed.
-pub(crate) const PIECE: &[Parameter] = &[
+pub const PIECE: &[Parameter] = &[
     TISSUE,
     LIBRARY,
     AREA,
@@ -76,7 +77,7 @@ pub(crate) const PIECE: &[Parameter] = &[
 ];
 
 /// `PIECE` without the name of the tissue.
-pub(crate) const UNNAMED_PIECE: &[Parameter] = PIECE.split_at(1).1;
+pub const UNNAMED_PIECE: &[Parameter] = PIECE.split_at(1).1;
 
 named! { LoadingKind:
     Shear = LoadingKind::Shear.name(), "Simple shear of a slab";
@@ -87,8 +88,20 @@ named! { LoadingKind:
     Cone = LoadingKind::Cone.name(), "A cone on a deep body";
 }
 
+named! { Architecture:
+    PositionPosition = Architecture::PositionPosition.name(), "A fractional coupler pulls each side to the other";
+    PositionForce = Architecture::PositionForce.name(), "The slave is pulled to the master, which feels that force";
+    Wave = Architecture::Wave.name(), "Waves: passive at any delay";
+    TimeDomain = Architecture::TimeDomain.name(), "Position-position with an energy account: passive at any delay";
+}
+
+named! { LoopMode:
+    Device = "device", "On the device; this program sets parameters and records";
+    Host = "host", "On this computer; the device reports positions and applies forces";
+}
+
 /// The device file that is shipped.
-pub(crate) const LABORATORY: &str = "laboratory";
+pub const LABORATORY: &str = "laboratory";
 
 parameters! {
     DEVICE = text("device", "sim", "Device: `sim`, `serial:PATH`, `serial:auto`, `tcp:HOST:PORT`, `haply:PATH`, `moteus:PATH`, `inverse3:`");
@@ -116,7 +129,7 @@ parameters! {
 }
 
 /// Of every experiment on a device.
-pub(crate) const ON_DEVICE: &[Parameter] = &[DEVICE, LOOP, WATCHDOG, LATE_TICKS, MAX_AGE_TICKS];
+pub const ON_DEVICE: &[Parameter] = &[DEVICE, LOOP, WATCHDOG, LATE_TICKS, MAX_AGE_TICKS];
 
 parameters! {
     /// Encoder of a simulated device, m.
@@ -159,7 +172,7 @@ pub const FORCE_SENSOR: &[Parameter] = &[
 ];
 
 /// Of a simulated device that is less than ideal.
-pub(crate) const LESS_THAN_IDEAL: &[Parameter] = &[
+pub const LESS_THAN_IDEAL: &[Parameter] = &[
     DELAY,
     FRICTION,
     CURRENT_LAG,

@@ -17,15 +17,15 @@
 //! plant = "1/(0.8s^2.2+0.5s^0.9+1)"
 //! ```
 
-use crate::document::error::{FileError, text_of};
-use crate::document::parameters::Parameter;
-use crate::document::reader::Table;
-use crate::document::{Parsed, lines_of, parameters as p};
 use fracdiff::{Scheme, Seconds};
 use fractional_control::{
     ControllerParameters, ControllerSetup, CroneParameters, FractionalTransferFunction,
     LeadLagParameters, PidParameters, TidParameters, rule_of_scheme,
 };
+use haptic_document::Table;
+use haptic_document::parameters::Parameter;
+use haptic_document::{FileError, text_of};
+use haptic_document::{Parsed, lines_of, parameters as p};
 use std::path::Path;
 
 #[cfg(test)]
@@ -34,7 +34,7 @@ mod tests;
 /// A controller and where it comes from.
 ///
 /// ```no_run
-/// use haptic_experiment::document::ControllerFile;
+/// use haptic_experiment::ControllerFile;
 /// use std::path::Path;
 ///
 /// let file = ControllerFile::read(Path::new("lab/pid.toml"))?;

@@ -1,21 +1,10 @@
 //! A document: the text of a file, and values given over it by options, keywords or the fields of a form.
 
-pub(crate) mod controller_file;
-pub(crate) mod error;
-pub(crate) mod failure;
-pub(crate) mod named;
-pub(crate) mod parameters;
-pub(crate) mod reader;
-pub(crate) mod record_check;
-
-pub use controller_file::{ControllerFile, ControllerOrigin};
-pub use error::{Excerpt, FileError};
-use error::{Source, text_of};
-use haptic_log::record::inspect;
+use crate::error::{FileError, Source};
+use crate::parameters::{Parameter, Value as Kind};
+use crate::reader::{Part, Table, in_order};
 use haptic_quantity::parse_for_key;
-pub use haptic_quantity::short;
-use parameters::{Parameter, Value as Kind};
-use reader::{Part, Table, in_order};
+use haptic_quantity::short;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf, absolute};
@@ -45,7 +34,7 @@ pub struct Document {
     text: String,
     given: Vec<Given>,
     /// Metadata that the log of a run has about it, with the texts of the files that the document names.
-    pub(crate) logged: BTreeMap<String, String>,
+    logged: BTreeMap<String, String>,
     /// Given values as TOML, and for each of its lines the words in which the value was given.
     over: (String, Vec<String>),
 }
@@ -59,7 +48,7 @@ struct Given {
 }
 
 /// Group and name of the document in the log of its run.
-pub(crate) const IN_LOG: (&str, &str) = ("experiment", "document");
+pub const IN_LOG: (&str, &str) = ("experiment", "document");
 impl Document {
     /// A document without a file: a table of this name, to which values are given.
     #[must_use]
@@ -81,42 +70,26 @@ impl Document {
         }
     }
 
-    /// A file, or the document in a run's log, `.mcap`, with the files that it names as they were
-    /// then.
-    ///
-    /// # Errors
-    /// If it cannot be read, or a log is not whole or has none.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
-        let name = path.to_string_lossy().to_lowercase();
-        if ![".mcap", ".mcap.part"]
-            .iter()
-            .any(|end| name.ends_with(end))
-        {
-            return Ok(Self::of_text(path, &text_of(path, "experiment")?));
+    /// A document of the log of a run, with the metadata that the log has about it, such as the texts of files that it names.
+    #[must_use]
+    pub fn of_log(path: &Path, text: &str, logged: BTreeMap<String, String>) -> Self {
+        Self {
+            logged,
+            ..Self::of_text(path, text)
         }
-        let refuse = |reason: String| FileError::wording("", reason);
-        let log = path.display();
-        let summary = inspect(path).map_err(|error| refuse(error.to_string()))?;
-        let reasons = summary.reasons().join("; ");
-        if !reasons.is_empty() {
-            return Err(refuse(format!(
-                "{log} is not whole, so it is not run again: {reasons}; give the file that it was run from"
-            )));
-        }
-        let mut records = summary.metadata.into_iter();
-        let record = records.find(|record| record.name == IN_LOG.0);
-        let logged = record.map(|record| record.values).unwrap_or_default();
-        match logged.get(IN_LOG.1) {
-            Some(text) => Ok(Self {
-                text: text.clone(),
-                path: path.to_owned(),
-                logged,
-                ..Self::default()
-            }),
-            None => Err(refuse(format!(
-                "{log} does not hold the document of a run: give the file that it was run from"
-            ))),
-        }
+    }
+
+    /// Metadata of the log that it was read from; empty for a file.
+    #[must_use]
+    pub const fn logged(&self) -> &BTreeMap<String, String> {
+        &self.logged
+    }
+
+    /// Itself without what a log has of its files, which are then read anew.
+    #[must_use]
+    pub fn without_log(mut self) -> Self {
+        self.logged.clear();
+        self
     }
 
     /// Path of the file, for messages.
@@ -173,7 +146,7 @@ impl Document {
     ///
     /// # Errors
     /// A value that both have.
-    pub(crate) fn with(&self, other: &Self) -> Result<Self, FileError> {
+    pub fn with(&self, other: &Self) -> Result<Self, FileError> {
         let mut both = self.clone();
         for given in &other.given {
             let Given {
@@ -213,7 +186,11 @@ impl Document {
         self.given.iter().map(|given| given.key.as_str())
     }
 
-    pub(crate) fn parse(&self) -> Result<Parsed<'_>, FileError> {
+    /// The layers of the document as TOML, what was given above the file.
+    ///
+    /// # Errors
+    /// A text that is not TOML, with the place.
+    pub fn parse(&self) -> Result<Parsed<'_>, FileError> {
         let given = Source {
             path: Path::new(""),
             text: &self.over.0,
@@ -229,7 +206,7 @@ impl Document {
 }
 
 /// A line of a file for a parameter: a comment for a default.
-pub(crate) fn line(table: &Table<'_>, parameter: &Parameter) -> String {
+pub fn line(table: &Table<'_>, parameter: &Parameter) -> String {
     let Parameter { key, shown, .. } = parameter;
     let default = match (table.written(parameter), parameter.value) {
         (Some(text), _) => {
@@ -251,14 +228,15 @@ pub(crate) fn line(table: &Table<'_>, parameter: &Parameter) -> String {
 }
 
 /// Lines of a file for numbers: `{:?}` is the shortest text that reads back to the same bits.
-pub(crate) fn lines_of(numbers: impl IntoIterator<Item = (Parameter, f64)>) -> String {
+pub fn lines_of(numbers: impl IntoIterator<Item = (Parameter, f64)>) -> String {
     let lines = numbers.into_iter();
     lines
         .map(|(parameter, value)| format!("{} = {value:?}\n", parameter.key))
         .collect()
 }
 
-pub(crate) fn choice(kinds: &[&str]) -> String {
+/// The names of tables of which a file has one, in words.
+pub fn choice(kinds: &[&str]) -> String {
     let names: Vec<String> = kinds.iter().map(|kind| format!("[{kind}]")).collect();
     format!("an experiment file has one of {}", names.join(", "))
 }
@@ -306,12 +284,16 @@ impl<'a> Layer<'a> {
 
 /// A document whose TOML is read: its layers, the top one first.
 #[derive(Debug)]
-pub(crate) struct Parsed<'a> {
+pub struct Parsed<'a> {
     layers: Vec<Layer<'a>>,
 }
 
 impl<'a> Parsed<'a> {
-    pub(crate) fn of(path: &'a Path, text: &'a str) -> Result<Self, FileError> {
+    /// The text of a file alone.
+    ///
+    /// # Errors
+    /// As for [`Document::parse`].
+    pub fn of(path: &'a Path, text: &'a str) -> Result<Self, FileError> {
         let layer = Layer::of(Source {
             path,
             text,
@@ -323,13 +305,17 @@ impl<'a> Parsed<'a> {
         })
     }
 
-    pub(crate) fn has(&self, table: &str) -> bool {
+    /// True if one of its layers has this table.
+    pub fn has(&self, table: &str) -> bool {
         let mut layers = self.layers.iter();
         layers.any(|layer| layer.root.contains_key(table))
     }
 
     /// The one table that is of one of these kinds, and those beside it by name; `what` and `choice` say in words what such a file has.
-    pub(crate) fn one_of<'k>(
+    ///
+    /// # Errors
+    /// No table of these kinds or two of them, or one that is neither a kind nor a companion.
+    pub fn one_of<'k>(
         &'a self,
         kinds: &[&'k str],
         companions: &[&'k str],
@@ -351,7 +337,10 @@ impl<'a> Parsed<'a> {
     }
 
     /// All tables in the order of the file, each of one of these names; `choice` says in words what such a file has.
-    pub(crate) fn tables<'k>(
+    ///
+    /// # Errors
+    /// A table of another name, or a key outside of tables.
+    pub fn tables<'k>(
         &'a self,
         names: &[&'k str],
         choice: &str,
@@ -396,7 +385,7 @@ impl<'a> Parsed<'a> {
     }
 
     /// An error that concerns the file as a whole.
-    pub(crate) fn fail(&self, reason: impl Display) -> FileError {
+    pub fn fail(&self, reason: impl Display) -> FileError {
         match self.layers.last() {
             Some(file) => file.source.fail_from(0, reason),
             None => FileError::wording("", reason),

@@ -6,42 +6,47 @@
 
 mod common;
 mod controller;
-pub(crate) mod kind;
-pub(crate) mod range;
+mod kind;
+pub mod range;
 
 pub use common::*;
 pub use controller::*;
-pub use kind::{Parameter, Value};
+pub use kind::{Parameter, Value, joined};
 pub use range::{Range, in_degrees};
 
 use haptic_quantity::Key;
 use std::path::Path;
 
 /// Runs although the analysis says no.
-pub(crate) const FORCE_UNSTABLE: Key = Key("force_unstable");
-pub(crate) const OUT: Key = Key("out");
+pub const FORCE_UNSTABLE: Key = Key("force_unstable");
+/// Folder or file for what a command writes.
+pub const OUT: Key = Key("out");
 /// Leave to write over a file or into a folder that is there.
-pub(crate) const OVERWRITE: Key = Key("overwrite");
-pub(crate) const REALTIME: Key = Key("realtime");
+pub const OVERWRITE: Key = Key("overwrite");
+/// Runs by the clock.
+pub const REALTIME: Key = Key("realtime");
 /// Share of the ticks that may be skipped.
-pub(crate) const SKIPPED_SHARE: Key = Key("skipped_most");
+pub const SKIPPED_SHARE: Key = Key("skipped_most");
 /// Port at which one side of a teleoperation waits.
-pub(crate) const LISTEN: Key = Key("listen");
+pub const LISTEN: Key = Key("listen");
 /// Address of its other side.
-pub(crate) const CONNECT: Key = Key("connect");
-pub(crate) const PIN: Key = Key("pin");
+pub const CONNECT: Key = Key("connect");
+/// The core to which a loop is bound.
+pub const PIN: Key = Key("pin");
 /// Rate of a loop, Hz.
-pub(crate) const RATE: Key = Key("rate_hz");
+pub const RATE: Key = Key("rate_hz");
 
 /// Files that a document names, as a log of its run has them.
-pub(crate) const TISSUE_IN_LOG: &str = "tissue_file";
-pub(crate) const CONTROLLER_IN_LOG: &str = "drive.file";
-pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
+pub const TISSUE_IN_LOG: &str = "tissue_file";
+/// The controller of a drive.
+pub const CONTROLLER_IN_LOG: &str = "drive.file";
+/// Parameters of the device.
+pub const DEVICE_IN_LOG: &str = "device_model.file";
 /// Parameters of the device of a drive.
-pub(crate) const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
+pub const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
 
 /// Parameters that name a file or a folder of files, some of them also by a name that is no path, and where a log has the text.
-pub(crate) const FILES: [(&str, Option<&str>); 11] = [
+pub const FILES: [(&str, Option<&str>); 11] = [
     (TISSUE.key, Some(TISSUE_IN_LOG)),
     (AGAINST.key, None),
     (LIBRARY.key, None),

@@ -39,7 +39,10 @@ pub struct Excerpt {
 }
 
 /// The text of a file; `kind` is that of the file, as in `experiment`.
-pub(crate) fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
+///
+/// # Errors
+/// A file that cannot be read, or is no text.
+pub fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
     read_text(path).map_err(|error| {
         let reason = format!(
             "cannot read the {kind} file `{}`: {error}; give the path of a TOML file",
@@ -60,7 +63,7 @@ impl FileError {
     }
 
     /// An error about what was said, as in `--strain 500%`.
-    pub(crate) fn wording(wording: &str, reason: impl fmt::Display) -> Self {
+    pub fn wording(wording: &str, reason: impl fmt::Display) -> Self {
         Self {
             place: Place::Said(wording.to_owned()),
             of_file: String::new(),
@@ -69,7 +72,7 @@ impl FileError {
     }
 
     /// Marks the reason as words of the file and puts this one behind it.
-    pub(crate) fn of_file(self, reason: String) -> Self {
+    pub fn of_file(self, reason: String) -> Self {
         Self {
             of_file: self.reason,
             reason,
@@ -78,7 +81,7 @@ impl FileError {
     }
 
     /// Its line, with keys of the reason as `names` calls them, see [`renamed`].
-    pub(crate) fn named(&self, names: impl Fn(&str) -> Option<String>) -> String {
+    pub fn named(&self, names: impl Fn(&str) -> Option<String>) -> String {
         let reason = format!("{}{}", self.of_file, renamed(&self.reason, names));
         match &self.place {
             Place::Line(path, line) | Place::Character(Excerpt { path, line, .. }) => {
@@ -100,14 +103,14 @@ impl std::error::Error for FileError {}
 
 /// The text of a file, or of what was given, for messages.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Source<'a> {
+pub struct Source<'a> {
     /// Empty where there is no file.
-    pub(crate) path: &'a Path,
-    pub(crate) text: &'a str,
+    pub path: &'a Path,
+    pub text: &'a str,
     /// The words in which each line was given; empty for a file.
-    pub(crate) wording: &'a [String],
+    pub wording: &'a [String],
     /// Metadata from the log of this document's run.
-    pub(crate) logged: Option<&'a BTreeMap<String, String>>,
+    pub logged: Option<&'a BTreeMap<String, String>>,
 }
 
 impl Source<'_> {
@@ -117,7 +120,7 @@ impl Source<'_> {
     }
 
     /// The words in which the value at this offset was given; empty in a file or a form.
-    pub(crate) fn said_at(&self, offset: usize) -> &str {
+    pub fn said_at(&self, offset: usize) -> &str {
         let wording = self.wording.get(self.line(offset));
         wording.map_or("", String::as_str)
     }
@@ -139,12 +142,12 @@ impl Source<'_> {
     }
 
     /// An error about the character there.
-    pub(crate) fn fail(self, offset: usize, reason: impl fmt::Display) -> FileError {
+    pub fn fail(self, offset: usize, reason: impl fmt::Display) -> FileError {
         self.failed(offset, reason, || Place::Character(self.excerpt(offset)))
     }
 
     /// An error about what begins there.
-    pub(crate) fn fail_from(self, offset: usize, reason: impl fmt::Display) -> FileError {
+    pub fn fail_from(self, offset: usize, reason: impl fmt::Display) -> FileError {
         let line = || Place::Line(self.path.to_owned(), 1 + self.line(offset));
         self.failed(offset, reason, line)
     }

@@ -22,7 +22,8 @@ pub enum Range {
 }
 
 impl Range {
-    pub(super) const EMPTY: Self = Self::Within(f64::NAN, f64::NAN);
+    /// The range of what is no number: nothing is in it.
+    pub const EMPTY: Self = Self::Within(f64::NAN, f64::NAN);
 
     /// True if a number is in it. A number that is not finite never is.
     #[must_use]
@@ -107,90 +108,93 @@ const fn above_0(most: f64) -> Range {
     Range::AboveUpTo(0.0, most)
 }
 
-pub(crate) const fn either_sign(most: f64) -> Range {
+/// −most ≤ x ≤ most.
+pub const fn either_sign(most: f64) -> Range {
     Range::Within(-most, most)
 }
 
 /// Sample times that operators take, s.
-pub(crate) const SAMPLE_TIMES: Range =
-    Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
+pub const SAMPLE_TIMES: Range = Range::Within(Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME);
 /// Lengths of runs and of what happens in them, s: four months.
-pub(crate) const DURATIONS: Range = above_0(1e7);
+pub const DURATIONS: Range = above_0(1e7);
 /// Pasts that are remembered, s: that of the longest sample time with the longest memory.
-pub(crate) const MEMORIES: Range = above_0(1e15);
+pub const MEMORIES: Range = above_0(1e15);
 /// Times of a safety chain, s: who waits a minute for a force forgets it.
-pub(crate) const SAFETY_TIMES: Range = above_0(60.0);
+pub const SAFETY_TIMES: Range = above_0(60.0);
 /// Delays and lags of a device, s: through more nobody feels anything, and 1.3 was to be 1.3 ms.
-pub(crate) const DEVICE_TIMES: Range = up_to(1.0);
+pub const DEVICE_TIMES: Range = up_to(1.0);
 /// Dead times and delays of any plant, s: a day.
-pub(crate) const DEAD_TIMES: Range = up_to(86_400.0);
+pub const DEAD_TIMES: Range = up_to(86_400.0);
 /// Masses, kg: more no hand moves.
-pub(crate) const MASSES: Range = above_0(100.0);
+pub const MASSES: Range = above_0(100.0);
 /// Masses of an object, kg, which may weigh nothing.
-pub(crate) const OBJECT_MASSES: Range = up_to(100.0);
+pub const OBJECT_MASSES: Range = up_to(100.0);
 /// Viscous damping, N·s/m: the heaviest mass to rest within 0.1 ms.
-pub(crate) const DAMPINGS: Range = up_to(1e6);
+pub const DAMPINGS: Range = up_to(1e6);
 /// Viscous damping of a device or line that needs some, N·s/m.
-pub(crate) const DAMPINGS_ABOVE_0: Range = above_0(1e6);
+pub const DAMPINGS_ABOVE_0: Range = above_0(1e6);
 /// Stiffnesses, N/m: a bar of steel, 1 cm² across and 20 cm long.
-pub(crate) const STIFFNESSES: Range = up_to(1e8);
+pub const STIFFNESSES: Range = up_to(1e8);
 /// Stiffnesses of a hand that holds, N/m.
-pub(crate) const STIFFNESSES_ABOVE_0: Range = above_0(1e8);
+pub const STIFFNESSES_ABOVE_0: Range = above_0(1e8);
 /// Dissipations, N·s^μ/m, whose unit lies between those of stiffness, damping and mass.
-pub(crate) const DISSIPATIONS: Range = up_to(1e8);
+pub const DISSIPATIONS: Range = up_to(1e8);
 /// Forces that are pushed with or that rub, N: ten times what a person can do.
-pub(crate) const FORCES: Range = up_to(1e4);
+pub const FORCES: Range = up_to(1e4);
 /// Forces of a push that has to be there, N.
-pub(crate) const FORCES_ABOVE_0: Range = above_0(1e4);
+pub const FORCES_ABOVE_0: Range = above_0(1e4);
 /// Offsets of a force sensor, N.
-pub(crate) const OFFSETS: Range = either_sign(1e4);
+pub const OFFSETS: Range = either_sign(1e4);
 /// Limits of a force, N: so high a one limits nothing any more.
-pub(crate) const FORCE_LIMITS: Range = Range::of(Limit::Force);
+pub const FORCE_LIMITS: Range = Range::of(Limit::Force);
 /// Limits of its rate, N/s: that force within 0.1 ms.
-pub(crate) const FORCE_RATES: Range = Range::of(Limit::ForceRate);
+pub const FORCE_RATES: Range = Range::of(Limit::ForceRate);
 /// Speeds of an impact, m/s: ten times what a hand does.
-pub(crate) const IMPACTS: Range = up_to(10.0);
+pub const IMPACTS: Range = up_to(10.0);
 /// Steps of an encoder and noise, m: a ruler is finer than 1 mm.
-pub(crate) const SENSOR_STEPS: Range = up_to(1e-3);
+pub const SENSOR_STEPS: Range = up_to(1e-3);
 /// Distances above 0, m.
-pub(crate) const REACHES_ABOVE_0: Range = above_0(1.0);
+pub const REACHES_ABOVE_0: Range = above_0(1.0);
 /// Places of a hand on a device that stands on a table, m.
-pub(crate) const ARM_PLACES: Range = either_sign(1.0);
+pub const ARM_PLACES: Range = either_sign(1.0);
 /// Sizes of a specimen, m or m²: it stands on a table.
-pub(crate) const SPECIMENS: Range = above_0(10.0);
+pub const SPECIMENS: Range = above_0(10.0);
 /// Ends of a workspace, m.
-pub(crate) const WORKSPACES: Range = either_sign(haptic_link::Limits::PLACE_MOST_M as f64);
+pub const WORKSPACES: Range = either_sign(haptic_link::Limits::PLACE_MOST_M as f64);
 /// Places, m: where no hand comes any more.
-pub(crate) const PLACES: Range = either_sign(1e3);
+pub const PLACES: Range = either_sign(1e3);
 /// Radii, m: from a grain of dust to what is a plane to a hand.
-pub(crate) const RADII: Range = Range::Within(1e-6, 1e3);
+pub const RADII: Range = Range::Within(1e-6, 1e3);
 /// Half angles of a cone, rad: below π/2, which is no cone.
-pub(crate) const HALF_ANGLES: Range = Range::Within(1e-3, 1.57);
+pub const HALF_ANGLES: Range = Range::Within(1e-3, 1.57);
 /// Poisson's ratios of what can be measured.
-pub(crate) const POISSON_RATIOS: Range = up_to(haptic_loop::INCOMPRESSIBLE);
+pub const POISSON_RATIOS: Range = up_to(haptic_loop::INCOMPRESSIBLE);
 /// Strains that are held: all of the thickness.
-pub(crate) const STRAINS: Range = above_0(1.0);
+pub const STRAINS: Range = above_0(1.0);
 /// Stresses, Pa: tissue is gone long before.
-pub(crate) const STRESSES: Range = above_0(1e9);
+pub const STRESSES: Range = above_0(1e9);
 /// Frequencies, Hz: ten times what is felt.
-pub(crate) const FREQUENCIES_HZ: Range = above_0(1e4);
+pub const FREQUENCIES_HZ: Range = above_0(1e4);
 /// Angular frequencies of a controller or a curve, rad/s: the slowest turns once in 200 000 years.
-pub(crate) const ANGULAR_FREQUENCIES: Range = Range::Within(1e-12, 1e9);
+pub const ANGULAR_FREQUENCIES: Range = Range::Within(1e-12, 1e9);
 /// Gains, limits and entries of a matrix, in any unit that a plant has.
-pub(crate) const NUMBERS: Range = either_sign(1e12);
+pub const NUMBERS: Range = either_sign(1e12);
 /// Ratios, as of a margin.
-pub(crate) const RATIOS: Range = above_0(1e6);
+pub const RATIOS: Range = above_0(1e6);
 /// Delays of a loop, samples.
-pub(crate) const DELAY_SAMPLES: Range = up_to(ForcePath::DELAY_MAX);
+pub const DELAY_SAMPLES: Range = up_to(ForcePath::DELAY_MAX);
 /// Times of a line to a device, s.
-pub(crate) const LINE_TIMES: Range = up_to(ChannelModel::DELAY_MOST_S);
-pub(crate) const SHARES: Range = up_to(1.0);
-pub(crate) const WALL_ORDERS: Range = up_to(2.0);
+pub const LINE_TIMES: Range = up_to(ChannelModel::DELAY_MOST_S);
+/// Shares of a whole, 1.
+pub const SHARES: Range = up_to(1.0);
+/// Orders of the dissipation of a wall.
+pub const WALL_ORDERS: Range = up_to(2.0);
 /// Orders of a coupler that gives no energy by itself.
-pub(crate) const COUPLER_ORDERS: Range = up_to(1.0);
+pub const COUPLER_ORDERS: Range = up_to(1.0);
 /// α, β and γ of the analysis.
-pub(crate) const WALL_NUMBERS: Range = up_to(Nondimensional::WALL_MAX);
-pub(crate) const DELTAS: Range = up_to(SampledPlant::DELTA_MAX);
+pub const WALL_NUMBERS: Range = up_to(Nondimensional::WALL_MAX);
+/// Dimensionless sample times T·b/m.
+pub const DELTAS: Range = up_to(SampledPlant::DELTA_MAX);
 
 #[cfg(test)]
 mod tests {

@@ -3,10 +3,11 @@
 use super::common::{
     CURRENT_LAG, DAMPING, DELAY, ENCODER_RESOLUTION, FRICTION, HAND_STIFFNESS, MASS, SENSOR_NOISE,
 };
-use super::kind::{Parameter, parameters};
+use super::kind::Parameter;
 use super::range::{
     ANGULAR_FREQUENCIES, DEAD_TIMES, DURATIONS, MEMORIES, NUMBERS, RATIOS, Range, SAMPLE_TIMES,
 };
+use crate::parameters;
 
 const ORDERS: Range = Range::AboveUpTo(0.0, 2.0);
 const SIGNED_ORDERS: Range = Range::Within(-2.0, 2.0);
@@ -72,7 +73,7 @@ parameters! {
 }
 
 /// Of `[pid]`.
-pub(crate) const PID: &[Parameter] = &[
+pub const PID: &[Parameter] = &[
     PROPORTIONAL_GAIN,
     INTEGRAL_GAIN,
     INTEGRAL_ORDER,
@@ -82,7 +83,7 @@ pub(crate) const PID: &[Parameter] = &[
     DERIVATIVE_SET_POINT_WEIGHT,
 ];
 /// Of `[tid]`.
-pub(crate) const TID: &[Parameter] = &[
+pub const TID: &[Parameter] = &[
     TILT_GAIN,
     TILT_DIVISOR,
     TID_INTEGRAL_GAIN,
@@ -90,13 +91,13 @@ pub(crate) const TID: &[Parameter] = &[
     DERIVATIVE_SET_POINT_WEIGHT,
 ];
 /// Of `[crone]`.
-pub(crate) const CRONE: &[Parameter] = &[CRONE_GAIN, SHAPED_ORDER, CRONE_LOW, CRONE_HIGH];
+pub const CRONE: &[Parameter] = &[CRONE_GAIN, SHAPED_ORDER, CRONE_LOW, CRONE_HIGH];
 /// Of `[lead_lag]`.
-pub(crate) const LEAD_LAG: &[Parameter] = &[LEAD_GAIN, SHAPED_ORDER, LEAD_LAMBDA, LEAD_X];
+pub const LEAD_LAG: &[Parameter] = &[LEAD_GAIN, SHAPED_ORDER, LEAD_LAMBDA, LEAD_X];
 /// Of `[transfer_function]` in a controller file.
-pub(crate) const TRANSFER_CONTROLLER: &[Parameter] = &[FUNCTION];
+pub const TRANSFER_CONTROLLER: &[Parameter] = &[FUNCTION];
 /// Of `[loop]` in a controller file.
-pub(crate) const CONTROLLER_LOOP: &[Parameter] = &[
+pub const CONTROLLER_LOOP: &[Parameter] = &[
     CONTROLLER_SAMPLE_TIME,
     CONTROLLER_SCHEME,
     MEMORY,
@@ -105,12 +106,12 @@ pub(crate) const CONTROLLER_LOOP: &[Parameter] = &[
     FADE_TIME,
 ];
 /// Of `[source]` in a controller file.
-pub(crate) const CONTROLLER_SOURCE: &[Parameter] =
+pub const CONTROLLER_SOURCE: &[Parameter] =
     &[SOURCE_PLANT, SOURCE_WISHES, SOURCE_PROGRAM, SOURCE_NOTE];
 /// Of `[transfer_function]` in a plant file.
-pub(crate) const TRANSFER_PLANT: &[Parameter] = &[FUNCTION, DEAD_TIME];
+pub const TRANSFER_PLANT: &[Parameter] = &[FUNCTION, DEAD_TIME];
 /// Of `[device]` in a plant file.
-pub(crate) const DEVICE_PLANT: &[Parameter] = &[
+pub const DEVICE_PLANT: &[Parameter] = &[
     MASS,
     DAMPING,
     HAND_STIFFNESS,
@@ -121,7 +122,7 @@ pub(crate) const DEVICE_PLANT: &[Parameter] = &[
     SENSOR_NOISE,
 ];
 /// Of `[state_space]` in a plant file.
-pub(crate) const STATE_PLANT: &[Parameter] = &[
+pub const STATE_PLANT: &[Parameter] = &[
     STATE_A,
     STATE_B,
     STATE_C,
@@ -131,6 +132,6 @@ pub(crate) const STATE_PLANT: &[Parameter] = &[
     CURRENT_LAG,
 ];
 /// Of `[measured_response]` in a plant file.
-pub(crate) const MEASURED_PLANT: &[Parameter] = &[RESPONSE_FILE];
+pub const MEASURED_PLANT: &[Parameter] = &[RESPONSE_FILE];
 /// Of `[source]` in a plant file.
-pub(crate) const PLANT_SOURCE: &[Parameter] = &[SOURCE_PROGRAM, SOURCE_NOTE];
+pub const PLANT_SOURCE: &[Parameter] = &[SOURCE_PROGRAM, SOURCE_NOTE];

@@ -1,8 +1,6 @@
 //! Failure of a command: an error, by whom to be mended.
 
-use crate::document::error::FileError;
-use crate::document::parameters::OVERWRITE;
-use haptic_log::record::{NewFileError, RecordError};
+use crate::FileError;
 use haptic_quantity::renamed;
 use std::fmt;
 use std::io;
@@ -38,7 +36,7 @@ pub enum Cause {
     Document(Box<FileError>),
     /// A log or another file cannot be read or written.
     #[error(transparent)]
-    File(Box<RecordError>),
+    File(Box<dyn std::error::Error + Send + Sync>),
     /// Something that cannot be made, by the name that somebody gave it, and the remedy, as a sentence.
     #[error("{0}: {1}")]
     Name(String, String),
@@ -84,18 +82,15 @@ impl Failure {
         Self::writing_with_advice(error, what, String::new())
     }
 
-    pub(crate) fn writing_with_advice(
-        error: io::Error,
-        what: impl fmt::Display,
-        advice: String,
-    ) -> Self {
+    /// As [`writing`](Self::writing), with advice behind the name of the output.
+    pub fn writing_with_advice(error: io::Error, what: impl fmt::Display, advice: String) -> Self {
         let full = is_full(&error);
         let kind = if full { Self::DataLost } else { Self::Input };
         kind(Cause::System(what.to_string(), advice, error))
     }
 
     /// A file is there already.
-    pub(crate) fn exists(path: &Path, advice: String) -> Self {
+    pub fn exists(path: &Path, advice: String) -> Self {
         let exists = format!("`{}` already exists", path.display());
         Self::Input(Cause::Name(exists, advice))
     }
@@ -113,7 +108,7 @@ impl Failure {
     }
 
     /// A run that somebody stopped.
-    pub(crate) fn interrupted() -> Self {
+    pub fn interrupted() -> Self {
         Self::run("interrupted")
     }
 
@@ -147,43 +142,12 @@ impl From<FileError> for Failure {
     }
 }
 
-impl From<RecordError> for Failure {
-    fn from(error: RecordError) -> Self {
-        use RecordError::{
-            Copy, Csv, File, Lost, Message, NoTicks, NotMcap, Read, Span, Time, Write,
-        };
-        if let File(error) = error {
-            return error.into();
-        }
-        if let Span(error) = error {
-            return Self::bad_input(error);
-        }
-        let kind = match error {
-            Write { .. } | Lost { .. } | Copy { .. } | Csv { .. } => Self::DataLost,
-            Message(_) | Time { .. } => Self::Run,
-            File(_) | Read { .. } | NotMcap { .. } | NoTicks { .. } | _ => Self::Input,
-        };
-        kind(Cause::File(Box::new(error)))
-    }
-}
-
 /// True if the disk, or the share of it that one may use, is full.
-fn is_full(error: &io::Error) -> bool {
+#[must_use]
+pub fn is_full(error: &io::Error) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull, WriteZero};
     matches!(
         error.kind(),
         StorageFull | QuotaExceeded | FileTooLarge | WriteZero
     )
-}
-
-impl From<NewFileError> for Failure {
-    fn from(error: NewFileError) -> Self {
-        if let NewFileError::Exists(path) = &error {
-            let advice = format!("choose another name, move it away, or give {OVERWRITE}");
-            return Self::exists(path, advice);
-        }
-        let full = matches!(&error, NewFileError::Io { source, .. } if is_full(source));
-        let kind = if full { Self::DataLost } else { Self::Input };
-        kind(Cause::File(Box::new(error.into())))
-    }
 }

@@ -1,0 +1,17 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+#![warn(unreachable_pub)]
+
+mod document;
+mod error;
+mod failure;
+mod named;
+pub mod parameters;
+mod reader;
+
+pub use document::{Document, IN_LOG, Parsed, choice, line, lines_of};
+pub use error::{Excerpt, FileError, text_of};
+pub use failure::{Cause, Failure, is_full};
+pub use haptic_quantity::short;
+pub use named::Named;
+pub use reader::{Interval, Table};
