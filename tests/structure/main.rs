@@ -274,7 +274,14 @@ fn spells_a_key(text: &str) -> bool {
 #[test]
 fn a_sentence_is_written_once_and_its_keys_are_values() {
     assert_none(|name, source| {
-        let of_keys = ["haptic-document", "haptic-experiment", COMMAND].contains(&name);
+        let of_keys = [
+            "haptic-document",
+            "haptic-trial",
+            "haptic-question",
+            "haptic-experiment",
+            COMMAND,
+        ]
+        .contains(&name);
         let file = |file: &reader::File| {
             let keys = file
                 .texts

@@ -101,7 +101,14 @@ impl Source {
                 .flat_map(|path| self.resolve(at, &path, depth + 1))
                 .collect();
         }
-        for glob in &module.globs {
+        // The names of another crate are not ours, and would be sought through each glob again.
+        let is_ours = |glob: &&Vec<String>| {
+            let child = [at, &glob[..1]].concat();
+            ["crate", "self", "super"].contains(&glob[0].as_str())
+                || self.modules.contains_key(&child)
+                || module.names.contains_key(&glob[0])
+        };
+        for glob in module.globs.iter().filter(is_ours) {
             let path = [glob, rest].concat();
             let found = self.resolve(at, &path, depth + 1);
             if !found.is_empty() {

@@ -14,19 +14,18 @@ use toml::de::{DeTable, DeValue};
 /// Source text of an experiment or a question. Values given separately override the file.
 ///
 /// ```
-/// use haptic_experiment::ExperimentFile;
-/// use haptic_experiment::document::Document;
+/// use haptic_document::{Document, parameters as p};
 /// use std::path::Path;
 ///
-/// let mut document = Document::of_text(Path::new("lab/relax.toml"), "[relax]\nstrain = 0.05");
-/// document.set("relax", "duration_s", 2.0, "--duration 2s")?;
-/// assert_eq!(ExperimentFile::open(&document)?.samples()?, 2001);
-/// document.set("relax", "strain", 5.0, "strain=5")?;
+/// let mut document = Document::of_text(Path::new("lab/hand.toml"), "[wall]\nmass_kg = 0.1");
+/// document.set("wall", "mass_kg", 650.0, "--mass 650")?;
+/// let parsed = document.parse()?;
+/// let (_, wall, _) = parsed.one_of(&["wall"], &[], "experiment", "a file has [wall]")?;
 /// assert_eq!(
-///     ExperimentFile::open(&document).expect_err("five times the thickness").to_string(),
-///     "strain=5: strain = 5 is not above 0 and at most 1: change it, or omit it for 0.05"
+///     wall.number(&p::MASS).expect_err("a weight in grams").to_string(),
+///     "--mass 650: mass_kg = 650 is not above 0 and at most 100: change it, or omit it for 0.065"
 /// );
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), haptic_document::FileError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Document {
@@ -181,7 +180,7 @@ impl Document {
         (text, wording)
     }
 
-    /// Keys of the values that were given.
+    /// KeyTable of the values that were given.
     pub fn given(&self) -> impl Iterator<Item = &str> {
         self.given.iter().map(|given| given.key.as_str())
     }

@@ -103,14 +103,14 @@ impl std::error::Error for FileError {}
 
 /// The text of a file, or of what was given, for messages.
 #[derive(Clone, Copy, Debug)]
-pub struct Source<'a> {
+pub(crate) struct Source<'a> {
     /// Empty where there is no file.
-    pub path: &'a Path,
-    pub text: &'a str,
+    pub(crate) path: &'a Path,
+    pub(crate) text: &'a str,
     /// The words in which each line was given; empty for a file.
-    pub wording: &'a [String],
+    pub(crate) wording: &'a [String],
     /// Metadata from the log of this document's run.
-    pub logged: Option<&'a BTreeMap<String, String>>,
+    pub(crate) logged: Option<&'a BTreeMap<String, String>>,
 }
 
 impl Source<'_> {
@@ -120,7 +120,7 @@ impl Source<'_> {
     }
 
     /// The words in which the value at this offset was given; empty in a file or a form.
-    pub fn said_at(&self, offset: usize) -> &str {
+    pub(crate) fn said_at(&self, offset: usize) -> &str {
         let wording = self.wording.get(self.line(offset));
         wording.map_or("", String::as_str)
     }
@@ -142,12 +142,12 @@ impl Source<'_> {
     }
 
     /// An error about the character there.
-    pub fn fail(self, offset: usize, reason: impl fmt::Display) -> FileError {
+    pub(crate) fn fail(self, offset: usize, reason: impl fmt::Display) -> FileError {
         self.failed(offset, reason, || Place::Character(self.excerpt(offset)))
     }
 
     /// An error about what begins there.
-    pub fn fail_from(self, offset: usize, reason: impl fmt::Display) -> FileError {
+    pub(crate) fn fail_from(self, offset: usize, reason: impl fmt::Display) -> FileError {
         let line = || Place::Line(self.path.to_owned(), 1 + self.line(offset));
         self.failed(offset, reason, line)
     }

@@ -8,6 +8,7 @@ mod failure;
 mod named;
 pub mod parameters;
 mod reader;
+mod rows;
 
 pub use document::{Document, IN_LOG, Parsed, choice, line, lines_of};
 pub use error::{Excerpt, FileError, text_of};
@@ -15,3 +16,4 @@ pub use failure::{Cause, Failure, is_full};
 pub use haptic_quantity::short;
 pub use named::Named;
 pub use reader::{Interval, Table};
+pub use rows::{ReportLine, ReportTable, Row, Rows, lines, rows};

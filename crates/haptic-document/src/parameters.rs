@@ -1,7 +1,7 @@
 //! Parameters: key, default, range and a line for people, once. Files, options with their help, and the reference of keys are
 //! made from tables of them. Each kind of experiment has its own beside it; here are those that several share.
 //!
-//! Keys carry the SI unit of the value. `shown` is the default as a person writes it, and its value is the same (a test
+//! KeyTable carry the SI unit of the value. `shown` is the default as a person writes it, and its value is the same (a test
 //! holds each against the number).
 
 mod common;
@@ -11,7 +11,7 @@ pub mod range;
 
 pub use common::*;
 pub use controller::*;
-pub use kind::{Parameter, Value, joined};
+pub use kind::{KeyTable, Parameter, Value, joined};
 pub use range::{Range, in_degrees};
 
 use haptic_quantity::Key;

@@ -18,7 +18,7 @@ pub struct Table<'a> {
     /// The name in brackets.
     pub name: &'a str,
     /// The top one first; at least one.
-    pub parts: Vec<Part<'a>>,
+    pub(crate) parts: Vec<Part<'a>>,
     /// Of the numbers of a file that a layer names.
     pub intervals: Vec<Interval>,
 }
@@ -36,7 +36,7 @@ pub struct Interval {
 
 /// A table in one layer.
 #[derive(Debug)]
-pub struct Part<'a> {
+pub(crate) struct Part<'a> {
     source: Source<'a>,
     offset: usize,
     entries: &'a DeTable<'a>,
@@ -45,7 +45,7 @@ pub struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    pub const fn new(source: Source<'a>, offset: usize, entries: &'a DeTable<'a>) -> Self {
+    pub(crate) const fn new(source: Source<'a>, offset: usize, entries: &'a DeTable<'a>) -> Self {
         Self {
             source,
             offset,

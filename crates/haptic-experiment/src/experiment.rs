@@ -14,23 +14,23 @@ pub(crate) mod touch;
 pub(crate) mod trial;
 pub(crate) mod wall;
 
-use crate::run::safety::keys::SAFETY;
-use haptic_document::parameters::ON_DEVICE;
-use kind::{Companion, Keys, Kind};
+use haptic_document::parameters::{KeyTable, ON_DEVICE};
+use haptic_trial::safety::keys::SAFETY;
+use kind::{Companion, Kind};
 pub use teleoperation::{End, FarReport, Terms};
 
-const RELAXATION: Keys = ("relaxation", rendering::RELAX);
-const CREEP: Keys = ("creep", rendering::CREEP);
-const RENDERING: Keys = ("rendering", rendering::RENDERING);
-const WALL_REQUIRED: Keys = ("required", wall::WALL_REQUIRED);
-const WALL: Keys = ("wall", wall::WALL);
-const COUPLER_REQUIRED: Keys = ("required", coupler::COUPLER_REQUIRED);
-const COUPLER: Keys = ("coupler", coupler::COUPLER);
-const TELEOPERATION: Keys = ("teleoperation", teleoperation::TELEOPERATION);
-const TOUCH: Keys = ("touch", touch::TOUCH);
-const PRESS: Keys = ("press", press::PRESS);
-const DEVICE: Keys = ("device", ON_DEVICE);
-const CHAIN: Keys = ("safety", SAFETY);
+const RELAXATION: KeyTable = ("relaxation", rendering::RELAX);
+const CREEP: KeyTable = ("creep", rendering::CREEP);
+const RENDERING: KeyTable = ("rendering", rendering::RENDERING);
+const WALL_REQUIRED: KeyTable = ("required", wall::WALL_REQUIRED);
+const WALL: KeyTable = ("wall", wall::WALL);
+const COUPLER_REQUIRED: KeyTable = ("required", coupler::COUPLER_REQUIRED);
+const COUPLER: KeyTable = ("coupler", coupler::COUPLER);
+const TELEOPERATION: KeyTable = ("teleoperation", teleoperation::TELEOPERATION);
+const TOUCH: KeyTable = ("touch", touch::TOUCH);
+const PRESS: KeyTable = ("press", press::PRESS);
+const DEVICE: KeyTable = ("device", ON_DEVICE);
+const CHAIN: KeyTable = ("safety", SAFETY);
 
 /// All that there is to say of each kind. A new one has a row here, its keys in [`HEADINGS`], and a file of its own.
 const ALL: &[Kind] = &[
@@ -80,7 +80,7 @@ const ALL: &[Kind] = &[
 ];
 
 /// The keys of the kinds, as help and guide show them: those that two kinds share stand once.
-pub(crate) const HEADINGS: &[Keys] = &[
+pub(crate) const HEADINGS: &[KeyTable] = &[
     ("[relax]", rendering::RELAX),
     ("[creep]", rendering::CREEP),
     ("[relax] and [creep]", rendering::RENDERING),
@@ -119,7 +119,7 @@ pub(crate) fn find(name: &str) -> Option<&'static Kind> {
 }
 
 /// Tables of a kind, or of the drive beside one: heading and parameters; `None` if it is not one.
-pub(crate) fn tables(name: &str) -> Option<&'static [Keys]> {
+pub(crate) fn tables(name: &str) -> Option<&'static [KeyTable]> {
     match name {
         DRIVE_TABLE => Some(&[(DRIVE_TABLE, drive::DRIVE)]),
         _ => find(name).map(|kind| kind.keys),

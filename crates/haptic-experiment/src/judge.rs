@@ -2,7 +2,6 @@
 
 pub(crate) mod against;
 pub(crate) mod beginning;
-pub mod control;
 pub(crate) mod decimated;
 pub(crate) mod felt;
 pub(crate) mod modelled_tissue;
@@ -10,7 +9,6 @@ pub(crate) mod position_controller;
 pub(crate) mod preflight;
 pub(crate) mod reference;
 pub(crate) mod report;
-pub(crate) mod rows;
 pub(crate) mod sensed;
 pub(crate) mod settling;
 pub(crate) mod swings;
@@ -21,10 +19,11 @@ use crate::run::folder::OutputFolder;
 use crate::run::record::Record;
 pub use decimated::Decimated;
 pub use felt::{FeltSummary, Tally};
+pub use haptic_document::{Rows, rows};
 pub use modelled_tissue::operator;
 pub use preflight::{Preflight, WallContact};
 pub(crate) use reference::Reference;
-pub use report::{Report, Rows, RunReport, rows};
+pub use report::{Report, RunReport};
 
 /// In per cent, without the digits that binary fractions add.
 pub(crate) fn percent(fraction: f64) -> f64 {

@@ -352,7 +352,7 @@ impl DocumentOfKind for Document {
 /// The piece of the tissue that a document names; `None` where it names none.
 ///
 /// # Errors
-/// Keys that say nothing of a piece, a tissue that there is not, sizes that its loading does not
+/// KeyTable that say nothing of a piece, a tissue that there is not, sizes that its loading does not
 /// have.
 pub fn pressed(document: &Document) -> Result<Option<TissuePiece>, FileError> {
     let parsed = document.parse()?;

@@ -3,14 +3,9 @@
 pub mod analysis;
 pub(crate) mod bench;
 pub(crate) mod calibration;
-pub mod control_loop;
-pub mod controller;
 pub(crate) mod design;
-pub mod form;
 mod machine_check;
 pub(crate) mod measurement;
-pub mod plant;
-pub mod tissue;
 pub(crate) mod zwidth;
 
 use crate::experiment::reading::with_devices;

@@ -4,11 +4,13 @@
 use crate::TextFile;
 use crate::folder::folder_of;
 use crate::runs::of_file;
-use haptic_experiment::document::Document;
-use haptic_experiment::run::{PlantModel, write_text};
-use haptic_experiment::{ControllerFile, DocumentOfKind as _};
+use haptic_document::Document;
+use haptic_experiment::DocumentOfKind as _;
+use haptic_experiment::run::write_text;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_tissue::{Library, Material};
+use haptic_trial::ControllerFile;
+use haptic_trial::PlantModel;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

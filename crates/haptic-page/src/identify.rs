@@ -1,11 +1,11 @@
 //! A tissue or a plant from records that were dropped on the page, read and fitted as on the command line.
 
 use crate::{TextFile, file_name, form};
-use haptic_experiment::question::plant::keys::PlantForm;
-use haptic_experiment::question::plant::{PlantFound, PlantQuestion};
-use haptic_experiment::question::tissue::{RecordAnswer, RecordQuestion};
 use haptic_experiment::{Failure, lines};
 use haptic_log::record::StartTime;
+use haptic_question::plant::keys::PlantForm;
+use haptic_question::plant::{PlantFound, PlantQuestion};
+use haptic_question::tissue::{RecordAnswer, RecordQuestion};
 use haptic_tissue::identify::Provenance;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};

@@ -17,6 +17,8 @@ mod holding;
 mod impossible;
 mod limits;
 mod link_error;
+#[cfg(feature = "std")]
+mod newtons;
 mod patience;
 mod prepared;
 mod records;
@@ -43,6 +45,8 @@ pub use holding::controller_law;
 pub use impossible::Impossible;
 pub use limits::{wire_guard, wire_limits};
 pub use link_error::{LinkError, check_keys};
+#[cfg(feature = "std")]
+pub use newtons::ForceFactors;
 pub use patience::Patience;
 pub use prepared::{
     COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, abilities,

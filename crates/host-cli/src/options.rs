@@ -8,14 +8,14 @@ use crate::names::option_of;
 use crate::parse::read_whole;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
+use haptic_document::{Document, short};
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::Failure;
-use haptic_experiment::document::{Document, short};
 use haptic_experiment::parameters::{
     AT_A_DEVICE, DRIVE_TABLE, KINDS, Parameter, QUESTIONS, Value as Kind, choices, is_path, of_kind,
 };
-use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{doubt, kind_of_key, parse_for_key, without_unit};
+use haptic_trial::DeviceModel;
 use serde::de::DeserializeOwned;
 use std::marker::PhantomData;
 use std::path::PathBuf;

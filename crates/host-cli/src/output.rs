@@ -2,8 +2,8 @@
 
 use crate::names::Names;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use haptic_experiment::judge::rows;
-use haptic_experiment::{Cause, Failure, ReportLine, Row, Table, lines};
+use haptic_document::rows;
+use haptic_experiment::{Cause, Failure, ReportLine, ReportTable, Row, lines};
 use haptic_quantity::renamed;
 use serde::Serialize;
 use serde_json::Value;
@@ -128,7 +128,7 @@ fn print_lines(out: &mut dyn Write, lines: &[ReportLine]) -> io::Result<()> {
     Ok(())
 }
 
-fn print_table(out: &mut dyn Write, table: &Table) -> io::Result<()> {
+fn print_table(out: &mut dyn Write, table: &ReportTable) -> io::Result<()> {
     let indent = "  ".repeat(table.level);
     let shown = match table.rows.len() {
         rows if rows < table.length => format!(" ({rows} of {})", table.length),
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_table_wider_than_a_terminal_is_a_row_after_another() {
-        let table = |seen: &str| Table {
+        let table = |seen: &str| ReportTable {
             level: 0,
             key: "checks".to_owned(),
             label: "checks".to_owned(),

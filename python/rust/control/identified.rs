@@ -3,8 +3,8 @@
 use crate::conducted::{Interrupted, conduct};
 use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
-use haptic_experiment::question::plant::keys::PlantForm;
-use haptic_experiment::question::plant::{PlantData, PlantFound, PlantQuestion};
+use haptic_question::plant::keys::PlantForm;
+use haptic_question::plant::{PlantData, PlantFound, PlantQuestion};
 use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
 

@@ -8,8 +8,8 @@ pub(crate) use run::{experiment_parameters, run_experiment, table};
 
 use crate::json::number_for;
 use crate::refused::{OrRefused as _, refused, unread};
+use haptic_document::Document;
 use haptic_experiment::Failure;
-use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{Value, is_path, of_kind};
 use haptic_quantity::is_meant;
 use pyo3::PyErr;

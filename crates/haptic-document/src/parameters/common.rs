@@ -1,4 +1,4 @@
-//! Keys that several kinds share, or that a room below the kinds names.
+//! KeyTable that several kinds share, or that a room below the kinds names.
 
 use super::range::Range;
 use crate::named;

@@ -171,6 +171,9 @@ impl fmt::Display for Parameter {
     }
 }
 
+/// A table of keys: its heading, and its parameters.
+pub type KeyTable = (&'static str, &'static [Parameter]);
+
 /// Several lists in one.
 ///
 /// # Panics
@@ -198,9 +201,10 @@ macro_rules! parameters {
         $($(#[$meta])* pub(crate) const $name: $crate::parameters::Parameter =
             $crate::parameters::Parameter::$kind($key $(, $part)*);)*
     };
-    ($(#[$meta:meta])* all $all:ident; $($(#[$doc:meta])* $name:ident = $kind:ident $parts:tt;)*) => {
+    (all $all:ident; $($(#[$doc:meta])* $name:ident = $kind:ident $parts:tt;)*) => {
         $crate::parameters! { $($(#[$doc])* $name = $kind $parts;)* }
-        $(#[$meta])* pub(crate) const $all: &[$crate::parameters::Parameter] = &[$($name),*];
+        /// All of these keys.
+        pub const $all: &[$crate::parameters::Parameter] = &[$($name),*];
     };
     ($($(#[$meta:meta])* $name:ident = $kind:ident($key:expr $(, $part:expr)* $(,)?);)*) => {
         $(#[doc = concat!("The parameter ", stringify!($key), ".")] #[doc = ""] $(#[$meta])* pub const $name: $crate::parameters::Parameter =

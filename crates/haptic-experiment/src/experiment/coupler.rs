@@ -38,7 +38,6 @@ use crate::run::Ran;
 use crate::run::advice::analysed;
 use crate::run::preflight::{CouplerVerdict, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw};
-use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
 use fracdiff::{Operator, Order, Scheme, Seconds};
@@ -58,6 +57,7 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{
     Controller, Environment, OwnPush, VirtualCoupler, VirtualObject, deflection_order,
 };
+use haptic_trial::GuardChoice;
 use nalgebra::Vector1;
 use serde_json::{Value, json};
 

@@ -15,9 +15,7 @@ mod tests;
 
 use crate::experiment::reading::{DEVICE_FILES, device_model_by, without};
 use crate::judge::modelled_tissue::Sampled;
-use crate::run::DeviceModel;
 use crate::run::advice::single;
-use crate::run::controller_file::ControllerFile;
 use crate::run::device::DeviceName;
 use crate::run::remote::RemoteDevice;
 use crate::run::simulate::Instrumented;
@@ -44,6 +42,8 @@ use haptic_loop::plant::{
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 use haptic_quantity::written;
+use haptic_trial::ControllerFile;
+use haptic_trial::DeviceModel;
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
 pub(crate) use path::{PressPath, Section};
 pub(crate) use preflight::{TissueLaw, device};

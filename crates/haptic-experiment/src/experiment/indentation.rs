@@ -37,9 +37,7 @@ use crate::run::remote::{
     PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
     indentation, no_operator, portable, push,
 };
-use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use crate::run::schedule::samples;
-use crate::run::sensors::Sensors;
 use crate::run::simulate::{Simulated, Sink, simulate};
 use crate::run::tick::KeptSample;
 use crate::run::{Ran, SAMPLES, run_logged};
@@ -65,6 +63,8 @@ use haptic_loop::{
     Contact as OneSided, Controller, Limit, SafetyChain, SafetyLimits, SpringDamper,
 };
 use haptic_tissue::{Library, MaterialError};
+use haptic_trial::Sensors;
+use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;

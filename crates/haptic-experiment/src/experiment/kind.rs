@@ -5,20 +5,19 @@ use crate::run::Supervisor;
 use crate::run::advice::parameter;
 use crate::run::folder::FolderRequest;
 use crate::run::remote::RemoteDevice;
-use crate::run::safety::Safety;
 use crate::run::schedule::{Pace, Schedule};
 use fracdiff::{Real, Seconds};
 use haptic_document::Failure;
 use haptic_document::FileError;
 use haptic_document::Table;
-use haptic_document::parameters::Parameter;
+use haptic_document::parameters::KeyTable;
 use haptic_loop::{SafetyChain, SafetyLimits};
+use haptic_trial::safety::Safety;
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
 /// A table of keys: its heading, and its parameters.
-pub(crate) type Keys = (&'static str, &'static [Parameter]);
 
 /// Makes an experiment of its own table and that of the drive beside it.
 type Read = fn(&Table<'_>, Option<&Table<'_>>) -> Result<Box<dyn Experiment>, FileError>;
@@ -27,7 +26,7 @@ type Read = fn(&Table<'_>, Option<&Table<'_>>) -> Result<Box<dyn Experiment>, Fi
 pub(crate) struct Kind {
     /// The name of its table in a document.
     pub name: &'static str,
-    pub keys: &'static [Keys],
+    pub keys: &'static [KeyTable],
     pub companion: Companion,
     pub read: Read,
 }

@@ -29,9 +29,7 @@ use crate::run::drive_verdict::DriveVerdict;
 use crate::run::preflight::{Found, note_findings};
 use crate::run::record::WHOLE_MOST;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank};
-use crate::run::safety::{Safety, safety};
 use crate::run::sensor_offset::OFFSET_SAMPLES;
-use crate::run::sensors::Sensors;
 use crate::run::simulate::{Instrumented, Simulated};
 use crate::run::{Ran, run_logged};
 use doubts::Open;
@@ -61,6 +59,8 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
+use haptic_trial::Sensors;
+use haptic_trial::safety::{Safety, safety};
 pub use record::PressRecord;
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,12 +1,9 @@
-//! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
+//! KeyTable of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
 
 use super::kind::Conduct;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::DeviceName;
-use crate::run::plant_file::DeviceModel;
 use crate::run::remote::{RemoteDevice, device_name};
-use crate::run::safety::Safety;
-use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_document::parameters as p;
@@ -21,6 +18,9 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMe
 use haptic_loop::{Loading, LoadingKind, LoopParameterError};
 use haptic_quantity::label;
 use haptic_tissue::{Library, Material, Model};
+use haptic_trial::DeviceModel;
+use haptic_trial::Sensors;
+use haptic_trial::safety::Safety;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};

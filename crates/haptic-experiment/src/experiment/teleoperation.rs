@@ -28,8 +28,6 @@ use super::trial::{
 use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::advice::parameter;
 use crate::run::preflight::PreflightVerdict;
-use crate::run::safety::{Safety, safety};
-use crate::run::sensors::Sensors;
 use crate::run::{SAMPLES, schedule};
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
@@ -55,6 +53,8 @@ use haptic_loop::SafetyChain;
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
+use haptic_trial::Sensors;
+use haptic_trial::safety::{Safety, safety};
 pub use line::End;
 pub use side::{FarReport, Terms};
 use std::f64::consts::{PI, TAU};

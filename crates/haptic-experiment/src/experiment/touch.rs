@@ -20,9 +20,6 @@ use super::reading::{force_sensor, piece, remote, samples_fit, scheme, sensors, 
 use super::trial::{TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, safe_chain};
 use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::record::WHOLE_MOST;
-use crate::run::safety::keys::WORKSPACE_LOW;
-use crate::run::safety::{GuardChoice, Safety, safety, workspace};
-use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
@@ -42,6 +39,9 @@ use haptic_document::parameters::{Parameter, joined};
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limit, SafetyChain, SafetyLimits};
+use haptic_trial::Sensors;
+use haptic_trial::safety::keys::WORKSPACE_LOW;
+use haptic_trial::safety::{GuardChoice, Safety, safety, workspace};
 use shape::{Circle, Grip, HandPath, TouchBall, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 

@@ -15,8 +15,6 @@ use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::advice::parameter;
 use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteLaw, held};
-use crate::run::safety::{GuardedDevice, Safety};
-use crate::run::sensors::Sensors;
 use crate::run::tap::TappedLaw;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Real, Scheme, Seconds};
@@ -37,6 +35,8 @@ use haptic_loop::{
     Controller, Device, Environment, LoopParameterError, LoopSample, Reading, SafeForce,
     SafetyChain, SafetyLimits, Wall,
 };
+use haptic_trial::Sensors;
+use haptic_trial::safety::{GuardedDevice, Safety};
 use nalgebra::{SVector, Vector1};
 pub(crate) use position_law::PositionLaw;
 pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, louder, six_digits};

@@ -13,7 +13,6 @@ use crate::judge::settling::Settling;
 use crate::run::Ran;
 use crate::run::preflight::PreflightVerdict;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
-use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
 use crate::run::tap::TappedLaw;
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
@@ -32,6 +31,7 @@ use haptic_link::LoopMode;
 use haptic_loop::plant::run_wall;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};
 use haptic_tissue::Model;
+use haptic_trial::GuardChoice;
 use serde_json::{Value, json};
 
 parameters! {

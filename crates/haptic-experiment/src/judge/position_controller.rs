@@ -5,12 +5,12 @@
 //! ```
 //! - *Limits* of its command do not count: an actuator has its own.
 
-use crate::judge::control::refused;
-use crate::run::controller_file::ControllerFile;
 use fracdiff::{FrequencyResponse as _, Order};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
 use haptic_analysis::{LoopOperator, NoiseGain};
 use haptic_document::Failure;
+use haptic_question::words::refused;
+use haptic_trial::ControllerFile;
 use std::fmt::Debug;
 use std::path::Path;
 

@@ -12,24 +12,11 @@ use crate::run::tick::KeptSample;
 use fracdiff::Scheme;
 use haptic_document::Failure;
 use haptic_document::Named as _;
+use haptic_document::Rows;
 use haptic_document::parameters::Parameter;
 use haptic_link::LoopMode;
 use serde::Serialize;
-use serde_json::{Map, Value, json};
-
-/// Keys of a report with their values, in order.
-pub type Rows = Map<String, Value>;
-
-/// The rows of these objects, one after the other.
-pub fn rows(parts: impl IntoIterator<Item = Value>) -> Rows {
-    let mut rows = Rows::new();
-    for part in parts {
-        if let Value::Object(object) = part {
-            rows.extend(object);
-        }
-    }
-    rows
-}
+use serde_json::{Value, json};
 
 /// The report of an experiment of any kind: JSON and people read it in this order. Its keys are a
 /// contract of the command line; the keys of different kinds are equal where they mean the same.

@@ -5,11 +5,11 @@
 //! Spring and damper are part of the plant, so they are exact between samples and stable whatever their values. Without a hand
 //! the device is a mass on its own damper.
 
-use crate::run::sensors::Sensors;
 use haptic_document::Failure;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Reading, SafeForce};
+use haptic_trial::Sensors;
 use nalgebra::Vector1;
 use std::convert::Infallible;
 
@@ -218,10 +218,10 @@ impl Device<f64, 1> for HeldDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::DeviceValues;
     use haptic_document::parameters::{DAMPING, MASS};
     use haptic_loop::units::{Kilograms, Newtons, NewtonsPerSecond, Seconds};
     use haptic_loop::{SafetyChain, SafetyState};
+    use haptic_trial::DeviceValues;
 
     fn ideal() -> MassDamperConfig {
         MassDamperConfig::ideal(

@@ -30,7 +30,6 @@ use crate::run::device::LinkedName;
 use crate::run::folder::FolderRequest;
 use crate::run::realtime::RealtimeOptions;
 use crate::run::remote::{RemoteDevice, RemoteRun, blank, delay_of};
-use crate::run::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;
 use crate::run::schedule::{Pace, Schedule};
 use crate::run::{Ran, Supervisor, run_logged};
 use fracdiff::parameter::Shown;
@@ -47,6 +46,7 @@ use haptic_loop::units::NewtonsPerMetre;
 use haptic_loop::{Controller, Pushing, Wall};
 use haptic_quantity::written;
 use haptic_remote::serial::SerialLink;
+use haptic_trial::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ use std::time::Duration;
 const KIND: &str = "session";
 /// Its table in a document: keys of a wall, its device, its safety chain.
 const TABLE: &str = "wall";
-/// Keys of a wall that is to be felt; all others are the session's.
+/// KeyTable of a wall that is to be felt; all others are the session's.
 const WALL_KEYS: [&str; 5] = [
     ORDER.key,
     STIFFNESS.key,
@@ -110,7 +110,7 @@ impl Drop for Claim {
 /// Parameters of a session.
 #[derive(Clone, Debug)]
 pub struct SessionOptions {
-    /// Keys of a `[wall]` but those of the law: the device and its loop, and the safety chain.
+    /// KeyTable of a `[wall]` but those of the law: the device and its loop, and the safety chain.
     pub document: Document,
     /// The log, which must not be there yet.
     pub log: PathBuf,

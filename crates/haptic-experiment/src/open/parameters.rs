@@ -23,8 +23,6 @@ pub use crate::experiment::wall::{
 };
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
 pub use crate::question::calibration::{CALIBRATE_STEP, CALIBRATE_WEIGHT, CALIBRATION};
-pub use crate::question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
-pub use crate::question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
 pub use crate::question::design::{
     DESIGN_ORDERS, FORCE_NOISE_LIMIT, FRONT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY,
     WISH_TISSUE,
@@ -34,15 +32,16 @@ pub use crate::question::measurement::{
     MEASURE_SAMPLE_TIME, MEASUREMENT,
 };
 pub use haptic_document::parameters::*;
+pub use haptic_question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
+pub use haptic_question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
 /// Questions of a device at hand, which moves.
 pub const AT_A_DEVICE: [&str; 2] = [MEASUREMENT, CALIBRATION];
-pub use crate::question::plant::keys::{PLANT_RECORD, VALIDATE};
-pub use crate::question::tissue::RECORD;
 pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
-pub use crate::run::safety::keys::*;
+pub use haptic_question::plant::keys::{PLANT_RECORD, VALIDATE};
+pub use haptic_question::tissue::RECORD;
+pub use haptic_trial::safety::keys::*;
 
-use crate::experiment::kind::Keys;
 use crate::experiment::press::Protocol;
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
@@ -52,16 +51,16 @@ use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::question::measurement::MeasuredAxis;
-use crate::question::tissue::{KIND, TISSUE_MODEL, models};
-use crate::run::plant_file::calibration::CALIBRATION_KEYS;
 use crate::{GuardChoice, Named, Precision, experiment, question};
 use haptic_link::Architecture;
+use haptic_question::tissue::{KIND, TISSUE_MODEL, models};
 use haptic_tissue::identify::{Baseline, RecordKind, ShiftBy, Weighting};
+use haptic_trial::plant_file::calibration::CALIBRATION_KEYS;
 
 /// Tables that this sort of file may have, `controller`, `plant`, or `experiment`, with those of
 /// questions: heading and keys.
 #[must_use]
-pub fn tables(file: &str) -> Vec<Keys> {
+pub fn tables(file: &str) -> Vec<KeyTable> {
     match file {
         "controller" => CONTROLLER_TABLES.to_vec(),
         "plant" => PLANT_TABLES.to_vec(),
@@ -69,12 +68,12 @@ pub fn tables(file: &str) -> Vec<Keys> {
     }
 }
 
-const QUESTION_TABLES: &[Keys] = &[
+const QUESTION_TABLES: &[KeyTable] = &[
     ("device measure", question::measurement::MEASURE),
     ("device calibrate", question::calibration::CALIBRATE),
 ];
 
-const CONTROLLER_TABLES: &[Keys] = &[
+const CONTROLLER_TABLES: &[KeyTable] = &[
     ("[pid]", PID),
     ("[tid]", TID),
     ("[crone]", CRONE),
@@ -84,7 +83,7 @@ const CONTROLLER_TABLES: &[Keys] = &[
     ("[source], optional", CONTROLLER_SOURCE),
 ];
 
-const PLANT_TABLES: &[Keys] = &[
+const PLANT_TABLES: &[KeyTable] = &[
     ("[transfer_function]", TRANSFER_PLANT),
     ("[device]", DEVICE_PLANT),
     ("[calibration], beside [device]", CALIBRATION_KEYS),
@@ -103,8 +102,8 @@ pub(crate) fn takes_device(name: &str) -> bool {
 
 /// Tables of experiment files, and of questions to a device, by kind: heading and parameters.
 #[must_use]
-pub fn of_kind(kind: &str) -> Vec<Keys> {
-    experiment::tables(kind).map_or_else(|| question::tables(kind), <[Keys]>::to_vec)
+pub fn of_kind(kind: &str) -> Vec<KeyTable> {
+    experiment::tables(kind).map_or_else(|| question::tables(kind), <[KeyTable]>::to_vec)
 }
 
 /// The names that a parameter accepts, each with a short explanation; empty if it accepts any text.

@@ -9,7 +9,6 @@ mod map;
 pub(crate) mod teleoperation;
 pub(crate) mod wall;
 
-use crate::experiment::kind::Keys;
 use crate::run::device::Warn;
 pub use answer::{
     Analysed, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
@@ -19,6 +18,7 @@ use difference::Difference;
 use felt::{CouplerNeed, Felt};
 use haptic_document::Failure;
 use haptic_document::Table;
+use haptic_document::parameters::KeyTable;
 pub use keys::*;
 use std::sync::atomic::AtomicBool;
 use teleoperation::HandsQuestion;
@@ -28,7 +28,7 @@ use wall::WallLoop;
 type Read = fn(&Table<'_>) -> Result<Analysis, Failure>;
 
 /// Analyses: the name of the table, its keys and its reader.
-pub(crate) const ANALYSES: [(&str, &[Keys], Read); 9] = [
+pub(crate) const ANALYSES: [(&str, &[KeyTable], Read); 9] = [
     ("analyze-environment", ENVIRONMENT, |table| {
         Felt::of(table).map(Analysis::Felt)
     }),

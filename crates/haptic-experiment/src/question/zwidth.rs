@@ -36,7 +36,6 @@ use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::device::Warn;
 use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
-use crate::run::sensors::Sensors;
 use fracdiff::{Order, Scheme};
 use haptic_document::Failure;
 use haptic_document::Table;
@@ -52,6 +51,7 @@ use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Newtons, Seconds};
 use haptic_quantity::{digits, in_five_digits, written};
 use haptic_tissue::Model;
+use haptic_trial::Sensors;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 

@@ -1,9 +1,5 @@
 //! Remedies for numbers that a library refuses, and a check for numbers that no device can hold.
 
-use crate::run::safety::keys::{
-    DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
-    WORKSPACE_HIGH, WORKSPACE_LOW,
-};
 use fracdiff::parameter::Shown;
 use haptic_analysis::AnalysisError;
 use haptic_document::Failure;
@@ -13,6 +9,10 @@ use haptic_document::parameters::{
 };
 use haptic_loop::LoopParameterError;
 use haptic_quantity::label;
+use haptic_trial::safety::keys::{
+    DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
+    WORKSPACE_HIGH, WORKSPACE_LOW,
+};
 
 /// Parameters that the libraries call by their label, as those of the safety chain.
 const BY_LABEL: [Parameter; 7] = [

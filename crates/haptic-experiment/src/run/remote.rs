@@ -23,12 +23,10 @@ pub(crate) use session::{Steered, Steers, blank};
 pub(crate) use summary::{FrameCounts, LinkSummary};
 pub use summary::{RoundTrip, cycles};
 
-use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;
 use crate::run::advice::single;
 use crate::run::device::LinkedName;
 use crate::run::ending::{Lateness, MotorPush};
-use crate::run::plant_file::calibration::Calibration;
 use crate::run::tap::TappedLaw;
 use fracdiff::Operator;
 use haptic_document::Failure;
@@ -38,9 +36,11 @@ use haptic_link::{
 };
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::Seconds;
-use haptic_loop::{DepthMap, Limit, PassivityGuard};
+use haptic_loop::{DepthMap, Limit};
 use haptic_remote::serial::SerialLink;
 use haptic_remote::wire_limits;
+use haptic_trial::plant_file::calibration::Calibration;
+use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, guard_of};
 use std::time::Duration;
 
 /// A device and how the loop with it is closed.
@@ -437,32 +437,6 @@ const fn host_limits(limits: &haptic_loop::SafetyLimits) -> haptic_loop::SafetyL
         brake_force: limits.brake_force,
         ..haptic_loop::SafetyLimits::bare(limits.force, limits.rate)
     }
-}
-
-/// A guard for a device: values not given for a simulated device come from its simulation, without
-/// delay or lag. A real one does not know its own.
-///
-/// # Errors
-/// As [`GuardChoice::of`].
-pub fn guard_of(
-    guard: GuardChoice,
-    known: GuardedDevice,
-    simulation: &Simulation,
-    t: Seconds,
-) -> Result<Option<PassivityGuard>, Failure> {
-    let simulated = |value: f32| Some(f64::from(value));
-    let itself = if simulation.kind == SimulationKind::Real {
-        GuardedDevice::default()
-    } else {
-        GuardedDevice {
-            mass_kg: simulated(simulation.mass_kg),
-            damping_n_s_per_m: simulated(simulation.damping_n_s_per_m),
-            delay_s: Some((0.0, 0.0)),
-            current_lag_s: Some(0.0),
-            noise_m: None,
-        }
-    };
-    guard.of(&known.or(itself), t)
 }
 
 /// Coefficients for a device that does not compute the force itself: one zero.

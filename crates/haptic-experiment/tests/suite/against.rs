@@ -1,8 +1,8 @@
 //! A measured record over a run: it is converted, laid on the run's clock and compared, or refused in a line.
 
 use crate::ran;
+use haptic_document::Document;
 use haptic_experiment::ExperimentFile;
-use haptic_experiment::document::Document;
 use haptic_experiment::read_document;
 use haptic_log::record::{Entry, LogReader};
 use libm::tgamma;

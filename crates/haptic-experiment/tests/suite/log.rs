@@ -1,7 +1,7 @@
 //! What the log of a run says of it.
 
 use crate::ran;
-use haptic_experiment::document::Document;
+use haptic_document::Document;
 use haptic_log::record::{Entry, LogReader};
 use std::collections::BTreeMap;
 use testkit::Folder;

@@ -6,11 +6,10 @@ mod design;
 mod difference;
 mod law;
 mod log;
-mod spoilt_rows;
 mod touch;
 
+use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
-use haptic_experiment::document::Document;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Report, Supervisor};
 use std::collections::BTreeMap;

@@ -6,8 +6,8 @@
 
 use super::settings::{DeviceNumbers, WallNumbers};
 use crate::Number;
+use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
-use haptic_experiment::document::Document;
 use haptic_experiment::{ExperimentFile, Failure, parameters};
 use haptic_tissue::Material;
 use std::collections::BTreeMap;

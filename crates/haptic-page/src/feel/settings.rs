@@ -6,11 +6,11 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds, enumerated};
 use haptic_experiment::live::{HAND_M, HeldDevice};
 use haptic_experiment::parameters::{self, Range};
-use haptic_experiment::run::DeviceValues;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::DepthMap;
 use haptic_quantity::short;
 use haptic_tissue::{Library, Material, Model};
+use haptic_trial::DeviceValues;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -4,10 +4,10 @@ use super::settings::WallNumbers;
 use super::*;
 use fracdiff::Order;
 use haptic_experiment::judge::operator;
-use haptic_experiment::run::DeviceValues;
 use haptic_experiment::{ModelledTissue, TissuePiece};
 use haptic_loop::{Environment as _, LoopSample, Pushing, Wall};
 use haptic_tissue::{FullHistory, Library, SampledModel};
+use haptic_trial::DeviceValues;
 use nalgebra::Vector1;
 use testkit::Random;
 

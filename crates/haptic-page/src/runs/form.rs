@@ -1,13 +1,13 @@
 //! Forms of the experiments, from the tables of their parameters; the document that one stands for, and what may be run from a page.
 
+use haptic_document::Document;
 use haptic_experiment::Failure;
-use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{
     self, KINDS, Parameter, QUESTIONS, Value as Default, choices, is_path,
 };
-use haptic_experiment::question::tissue::CONTACT_POINT;
 use haptic_loop::LoadingKind;
 use haptic_quantity::{label, short};
+use haptic_question::tissue::CONTACT_POINT;
 use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::Path;

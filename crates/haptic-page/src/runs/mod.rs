@@ -23,7 +23,7 @@ use crate::Announce;
 use crate::pyramid::{Columns, Pyramid, Span};
 use channels::Channels;
 use going::{Going, Watched, Work};
-use haptic_experiment::document::Document;
+use haptic_document::Document;
 use haptic_experiment::live::locked;
 use haptic_experiment::read_document;
 use haptic_experiment::{Failure, RealtimeOptions};

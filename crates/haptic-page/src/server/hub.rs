@@ -10,7 +10,7 @@ use crate::feel::{
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
 use crate::{Announce, OnClose, TextFile};
-use haptic_experiment::document::Document;
+use haptic_document::Document;
 use haptic_experiment::live::locked;
 use haptic_experiment::read_document;
 use haptic_experiment::{Failure, RealtimeOptions};

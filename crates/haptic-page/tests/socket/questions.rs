@@ -1,9 +1,9 @@
 //! Questions from forms: a Z-width, a design; and records that somebody measured.
 
 use crate::{assert_documented, ended, has, opened, question, ran, refuses};
-use haptic_experiment::question::controller::DesignForm;
-use haptic_experiment::question::controller::report::designed;
 use haptic_page::OnClose;
+use haptic_question::controller::DesignForm;
+use haptic_question::controller::report::designed;
 use serde_json::{Value, json};
 use testkit::{assert_close, assert_relative};
 use testkit::{assert_says, browser::Page};

@@ -3,11 +3,11 @@
 use super::clock::{DeviceClock, Ping, Pings};
 use super::error::{BoardTrouble, TroubleCause};
 use super::line::{Line, lock};
-use super::newtons::ForceFactors;
 use super::served::Served;
 use super::stopping::is_set;
 use super::tcp::tcp_address;
 use crate::impossible::Plausible;
+use crate::newtons::ForceFactors;
 use crate::{Conversation, HostCounters, Incoming, LinkError, Patience};
 use haptic_link::{
     AXES_MAX, Capabilities, DeviceReport, Event, FRAME_MAX, FaultReport, Hello, Request, Sample,

@@ -8,8 +8,8 @@ use crate::parse::{WAITS, quantity, whole};
 use crate::picture::{of_run, rehearsed};
 use crate::picture_file::Pictures;
 use clap::Args;
+use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
-use haptic_experiment::document::Document;
 use haptic_experiment::judge::{Curves, Published, RunReport};
 use haptic_experiment::question::{Answer, Question};
 #[cfg(unix)]

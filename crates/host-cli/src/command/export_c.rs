@@ -14,13 +14,13 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CHeader, CNumber, HeaderError, WallLaw};
-use haptic_experiment::document::Document;
+use haptic_document::Document;
 use haptic_experiment::judge::operator;
 use haptic_experiment::question::analysis::rate;
-use haptic_experiment::question::control_loop::controller_of;
 use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p};
 use haptic_loop::Specimen;
 use haptic_quantity::{digits, label, without_unit, written};
+use haptic_question::control_loop::controller_of;
 use serde_json::{Value, json};
 
 /// Write an operator or a controller as a C99 header, for any microcontroller

@@ -8,7 +8,7 @@ use fracdiff::batch::uneven;
 use fracdiff::full_memory::Kernel;
 use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
-use haptic_experiment::document::short;
+use haptic_document::short;
 use haptic_experiment::question::analysis::{rate, sample_time_of};
 use haptic_experiment::{Failure, parameters};
 use measured_table::{RecordColumns, read_record};

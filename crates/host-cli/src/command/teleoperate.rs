@@ -7,7 +7,7 @@ use crate::output::{Output, note, warn};
 use crate::parse::{WAITS, quantity};
 use crate::picture_file::Pictures;
 use clap::Args;
-use haptic_experiment::document::Document;
+use haptic_document::Document;
 use haptic_experiment::experiment::{End, FarReport, Terms};
 use haptic_experiment::judge::Published;
 use haptic_experiment::parameters;

@@ -9,10 +9,10 @@
 //! - *Crossover*: as high as the samples allow, so that a stiff specimen moves it little. Delays cost at most 0.3 rad of the margin.
 //! - *A device of much damping* would need a derivative below 0: it gets 0, and more margin.
 
-use crate::run::controller_file::{ControllerFile, ControllerOrigin};
 use fractional_control::{ControllerSetup, PidParameters, SetPoint};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::digits;
+use haptic_trial::controller_file::{ControllerFile, ControllerOrigin};
 
 /// The loop of this device, whose line delays a force by this many samples.
 pub(super) fn position_loop(device: &MassDamperConfig, line: f64) -> ControllerFile {

@@ -2,7 +2,7 @@
 
 use super::{PRESS_HOLD, PRESS_RAMP, Press, PressRecord};
 use crate::experiment::kind::Experiment as _;
-use crate::judge::report::{Files, Report, RunReport, rows};
+use crate::judge::report::{Files, Report, RunReport};
 use crate::judge::sensed::SensedForce;
 use crate::judge::warnings::Warnings;
 use crate::judge::{Curves, Drawing, origin};
@@ -13,6 +13,7 @@ use crate::run::tick::KeptSample;
 use haptic_document::Failure;
 use haptic_document::Named as _;
 use haptic_document::parameters::{CONTROLLER, FORCE_LIMIT};
+use haptic_document::rows;
 use haptic_quantity::written;
 use serde_json::json;
 

@@ -3,12 +3,12 @@
 use super::*;
 use crate::ExperimentFile;
 use crate::judge::modelled_tissue::ModelledTissue;
-use crate::question::tissue::{RecordForm, RecordQuestion};
 use crate::run::sensor_offset::Tare;
 use crate::run::simulate::simulate;
 use fracdiff::num_complex::Complex;
 use haptic_document::Document;
 use haptic_loop::{Fault, INCOMPRESSIBLE, Modulus};
+use haptic_question::tissue::{RecordForm, RecordQuestion};
 use haptic_tissue::identify::{Identification, TableDetails, Understood};
 use haptic_tissue::{Library, Material, ModelKind};
 use std::ops::ControlFlow;
@@ -247,7 +247,7 @@ fn a_zero_that_moves_is_taken_off_or_refused() {
     rubs.check_zero().expect("a friction of 0.4 N");
 }
 
-/// Keys that are refused before any force, and what is said.
+/// KeyTable that are refused before any force, and what is said.
 const REFUSED: &str = "
     protocol = \"dance\" | protocol
     depth_m = 0 | depth_m = 0 is not above 0

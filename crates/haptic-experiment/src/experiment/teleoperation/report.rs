@@ -7,7 +7,7 @@ use super::{
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
-use crate::judge::report::{Files, Report, RunReport, rows, unmet};
+use crate::judge::report::{Files, Report, RunReport, unmet};
 use crate::judge::sensed::SensedForce;
 use crate::judge::settling::SATURATED_S;
 use crate::judge::warnings::Warnings;
@@ -20,6 +20,7 @@ use crate::run::{Ran, World, run_logged};
 use fracdiff::num_complex::Complex;
 use haptic_document::Failure;
 use haptic_document::parameters::{SAMPLE_TIME, TISSUE_IN_LOG};
+use haptic_document::rows;
 use haptic_log::record::TickMessage;
 use haptic_loop::Limiters;
 use serde::Serialize;

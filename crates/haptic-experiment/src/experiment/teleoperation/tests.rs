@@ -9,7 +9,6 @@ use crate::experiment::kind::{Conduct, Experiment as _};
 use crate::judge::Report;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::judge::preflight::Matter;
-use crate::run::safety::Safety;
 use fracdiff::{Order, Seconds};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
@@ -17,6 +16,7 @@ use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, SquareMetres};
 use haptic_teleoperation::{ChannelModel, CouplerGains};
 use haptic_tissue::Library;
+use haptic_trial::safety::Safety;
 use std::path::Path;
 use testkit::{Folder, Random};
 

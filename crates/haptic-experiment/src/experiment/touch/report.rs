@@ -8,7 +8,7 @@ use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::effective;
 use crate::judge::preflight::Matter;
 use crate::judge::report::{
-    Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
+    Files, Report, RunReport, closed_form_error, full_history_error, unmet,
 };
 use crate::judge::sensed::SensedForce;
 use crate::judge::settling::SATURATED_S;
@@ -17,15 +17,16 @@ use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::device_name;
-use crate::run::safety::GuardChoice;
-use crate::run::safety::keys::{GUARD, RISE_TIME};
 use crate::run::sensor_offset::{SensorOffset, Tare};
 use crate::run::tick::{KeptSample, judged_force_n};
 use haptic_document::Failure;
 use haptic_document::parameters::SAMPLE_TIME;
+use haptic_document::rows;
 use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
 use haptic_loop::{Limit, Limiters, LoadingKind};
 use haptic_tissue::ting;
+use haptic_trial::GuardChoice;
+use haptic_trial::safety::keys::{GUARD, RISE_TIME};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;

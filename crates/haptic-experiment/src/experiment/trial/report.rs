@@ -9,7 +9,7 @@ use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
 use crate::judge::reference::TOLERANCE;
 use crate::judge::report::{
-    Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
+    Files, Report, RunReport, closed_form_error, full_history_error, unmet,
 };
 use crate::judge::sensed::SensedForce;
 use crate::judge::settling::{Criterion, Settling, TrialVerdict};
@@ -19,7 +19,6 @@ use crate::run::ending::Ending;
 use crate::run::preflight::{Found, PreflightVerdict, note_findings};
 use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
-use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use crate::run::{Ran, run_logged};
@@ -29,7 +28,9 @@ use haptic_analysis::Dynamics;
 use haptic_document::Failure;
 use haptic_document::Named as _;
 use haptic_document::parameters::Parameter;
+use haptic_document::rows;
 use haptic_loop::Environment;
+use haptic_trial::GuardChoice;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

@@ -23,11 +23,9 @@ use crate::experiment::reading::{DEVICE_FILES, device_model_by};
 use crate::run::advice::parameter;
 use crate::run::ending::{Ending, MotorPush};
 use crate::run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
-use crate::run::safety::{GuardChoice, Safety};
-use crate::run::sensors::Sensors;
 use crate::run::simulate::{Instrumented, Simulated};
 use crate::run::tick::KeptSample;
-use crate::run::{DeviceModel, Ran, Supervisor, World};
+use crate::run::{Ran, Supervisor, World};
 use fracdiff::parameter::Shown;
 use haptic_document::Failure;
 use haptic_document::FileError;
@@ -43,6 +41,9 @@ use haptic_loop::{
     Controller, Device, Environment, OwnPush, Reading, SafeForce, SafetyChain, SafetyLimits,
     SafetyState,
 };
+use haptic_trial::DeviceModel;
+use haptic_trial::Sensors;
+use haptic_trial::safety::{GuardChoice, Safety};
 use nalgebra::Vector1;
 use std::convert::Infallible;
 use std::sync::Arc;

@@ -10,12 +10,9 @@ use crate::experiment::reading::{device, device_model, remote, samples_fit};
 use crate::judge::Tally;
 use crate::judge::settling::{Criterion, Judge, Settling};
 use crate::run::Ran;
-use crate::run::plant_file::DeviceModel;
 use crate::run::record::Record;
 use crate::run::remote::RemoteLaw;
-use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use crate::run::samples::Samples;
-use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
 use haptic_document::Failure;
@@ -25,6 +22,9 @@ use haptic_document::parameters as p;
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
+use haptic_trial::DeviceModel;
+use haptic_trial::Sensors;
+use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
 
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]

@@ -3,10 +3,10 @@
 use super::*;
 use crate::experiment::trial::TrialPlan;
 use crate::judge::settling::{Settling, TrialVerdict};
-use crate::run::sensors::Sensors;
 use fracdiff::Seconds;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_trial::Sensors;
 use testkit::Random;
 
 const T: Seconds = Seconds(1e-3);

@@ -20,13 +20,13 @@ use super::keys::{
 };
 use crate::experiment::reading::with_devices;
 use crate::experiment::tables;
-use crate::judge::rows;
 use crate::run::document::read_document;
 use fracdiff::num_complex::Complex;
 use haptic_analysis::{WantedNumber, nearest};
 use haptic_document::Failure;
 use haptic_document::Table;
 use haptic_document::parameters::{LAW, OTHER_LAW, Parameter};
+use haptic_document::rows;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 

@@ -1,11 +1,11 @@
-//! Keys of analyses.
+//! KeyTable of analyses.
 
-use crate::experiment::kind::Keys;
 use crate::experiment::teleoperation::{
     ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
 };
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 use haptic_document::parameters;
+use haptic_document::parameters::KeyTable;
 use haptic_document::parameters::range::{
     ANGULAR_FREQUENCIES, DELAY_SAMPLES as SAMPLES, DELTAS, FORCES_ABOVE_0, FREQUENCIES_HZ,
     REACHES_ABOVE_0, Range, WALL_NUMBERS, WALL_ORDERS,
@@ -58,10 +58,10 @@ pub(super) const ANALYSED_DELAY: Parameter = DELAY.without_default();
 pub(super) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
 
 #[rustfmt::skip]
-const WALL: Keys = ("Wall", &[ORDER, ANALYSED_SCHEME, STIFFNESS, DISSIPATION, ANALYSED_SAMPLE_TIME]);
+const WALL: KeyTable = ("Wall", &[ORDER, ANALYSED_SCHEME, STIFFNESS, DISSIPATION, ANALYSED_SAMPLE_TIME]);
 #[rustfmt::skip]
-const IN_PLACE: Keys = ("Tissue or controller in place of a wall", &joined::<10>(&[&[ANALYSED_TISSUE], UNNAMED_PIECE, &[JUDGED_DEPTH, ANALYSED_CONTROLLER]]));
-const ON_DEVICE: Keys = (
+const IN_PLACE: KeyTable = ("Tissue or controller in place of a wall", &joined::<10>(&[&[ANALYSED_TISSUE], UNNAMED_PIECE, &[JUDGED_DEPTH, ANALYSED_CONTROLLER]]));
+const ON_DEVICE: KeyTable = (
     "Device",
     &[
         DEVICE_MODEL,
@@ -72,7 +72,7 @@ const ON_DEVICE: Keys = (
         ANALYSED_LAG,
     ],
 );
-const THROUGH_DEVICE: Keys = (
+const THROUGH_DEVICE: KeyTable = (
     "Device",
     &[
         DEVICE_MODEL,
@@ -83,15 +83,15 @@ const THROUGH_DEVICE: Keys = (
         DELAY_SAMPLES,
     ],
 );
-const WITHOUT_UNITS: Keys = ("Without units", &[ALPHA, BETA, DELTA, GAMMA, DELAY_SAMPLES]);
-const OMEGAS: Keys = ("Frequencies", &[OMEGA_MIN, OMEGA_MAX, POINTS]);
+const WITHOUT_UNITS: KeyTable = ("Without units", &[ALPHA, BETA, DELTA, GAMMA, DELAY_SAMPLES]);
+const OMEGAS: KeyTable = ("Frequencies", &[OMEGA_MIN, OMEGA_MAX, POINTS]);
 
-const ON_PLANT: Keys = ("Plant in place of a device", &[PLANT_MODEL]);
+const ON_PLANT: KeyTable = ("Plant in place of a device", &[PLANT_MODEL]);
 
-/// Keys of an analysis of a wall on a device, or on any linear plant.
-pub const STABILITY: &[Keys] = &[WALL, IN_PLACE, ON_DEVICE, ON_PLANT, WITHOUT_UNITS];
-/// Keys of a wall whose sensitivity is drawn.
-pub const SENSITIVITY: &[Keys] = &[
+/// KeyTable of an analysis of a wall on a device, or on any linear plant.
+pub const STABILITY: &[KeyTable] = &[WALL, IN_PLACE, ON_DEVICE, ON_PLANT, WITHOUT_UNITS];
+/// KeyTable of a wall whose sensitivity is drawn.
+pub const SENSITIVITY: &[KeyTable] = &[
     WALL,
     IN_PLACE,
     ON_DEVICE,
@@ -99,14 +99,14 @@ pub const SENSITIVITY: &[Keys] = &[
     WITHOUT_UNITS,
     ("Frequencies", &[SENSITIVITY_POINTS]),
 ];
-/// Keys of the impedance of a wall alone.
-pub const ENVIRONMENT: &[Keys] = &[WALL, IN_PLACE, OMEGAS];
-/// Keys of the impedance of a wall behind a device or a plant.
-pub const TRANSPARENCY: &[Keys] = &[WALL, IN_PLACE, THROUGH_DEVICE, ON_PLANT, OMEGAS];
-/// Keys of a law that a hand feels through a device.
-pub(super) const OF_A_LAW: &[Keys] = &[WALL, IN_PLACE, THROUGH_DEVICE];
-/// Keys of the difference of two laws.
-pub const DIFFERENCE: &[Keys] = &[
+/// KeyTable of the impedance of a wall alone.
+pub const ENVIRONMENT: &[KeyTable] = &[WALL, IN_PLACE, OMEGAS];
+/// KeyTable of the impedance of a wall behind a device or a plant.
+pub const TRANSPARENCY: &[KeyTable] = &[WALL, IN_PLACE, THROUGH_DEVICE, ON_PLANT, OMEGAS];
+/// KeyTable of a law that a hand feels through a device.
+pub(super) const OF_A_LAW: &[KeyTable] = &[WALL, IN_PLACE, THROUGH_DEVICE];
+/// KeyTable of the difference of two laws.
+pub const DIFFERENCE: &[KeyTable] = &[
     ("Laws", &[LAW, OTHER_LAW]),
     WALL,
     IN_PLACE,
@@ -123,8 +123,8 @@ pub const DIFFERENCE: &[Keys] = &[
         ],
     ),
 ];
-/// Keys of the passivity of a coupler.
-pub const COUPLING: &[Keys] = &[(
+/// KeyTable of the passivity of a coupler.
+pub const COUPLING: &[KeyTable] = &[(
     "Coupler",
     &[
         COUPLING_ORDER,
@@ -135,9 +135,9 @@ pub const COUPLING: &[Keys] = &[(
         ANALYSED_DAMPING,
     ],
 )];
-/// Keys of a teleoperation: two hands over a line.
+/// KeyTable of a teleoperation: two hands over a line.
 #[rustfmt::skip]
-pub const HANDS: &[Keys] = &[
+pub const HANDS: &[KeyTable] = &[
     ("Line", &[
         ARCHITECTURE, LINE_DELAY, HAND_COUPLER_STIFFNESS, HAND_COUPLER_DISSIPATION,
         HAND_COUPLER_ORDER, WAVE_IMPEDANCE, PLAYOUT_SAMPLES, BEST,

@@ -7,7 +7,6 @@ use crate::experiment::teleoperation::{
     ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
 };
 use crate::judge::preflight::Matter;
-use crate::judge::rows;
 use crate::question::bench::for_each_order;
 use crate::run::advice::analysed;
 use fracdiff::{Order, Seconds};
@@ -20,6 +19,7 @@ use haptic_document::Table;
 use haptic_document::parameters::{
     DAMPING, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
 };
+use haptic_document::rows;
 use haptic_link::Architecture;
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};

@@ -12,7 +12,6 @@ use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::{Rows, rows};
 use crate::run::advice::analysed;
 use crate::run::device::Warn;
-use crate::run::plant_file::PlantModel;
 use haptic_analysis::{
     AnalysisError, Dynamics, Effective, ForcePath, HandPort, Largest, LoopOperator, Nondimensional,
     OnePort, Polygon, RequiredDelta, SampledLoop, SampledPlant, SampledWall, StabilityRegion,
@@ -22,6 +21,7 @@ use haptic_document::Failure;
 use haptic_document::Table;
 use haptic_document::parameters::{DEVICE_MODEL, PLANT_MODEL, Parameter};
 use haptic_quantity::{digits, written};
+use haptic_trial::PlantModel;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 

@@ -7,10 +7,6 @@ use crate::experiment::reading::{device_model, remote_by};
 use crate::question::measurement::drive::{INTERRUPTED, armed, opened};
 use crate::question::measurement::{MEASURE_DEVICE, MeasurePlan};
 use crate::run::device::{Warn, at_link};
-use crate::run::plant_file::DeviceModel;
-use crate::run::plant_file::calibration::{
-    Calibration, Estimate, MOTOR_FACTOR, SENSOR_FACTOR, SENSOR_LAG, SENSOR_OFFSET,
-};
 use crate::run::remote::RemoteDevice;
 use haptic_document::Document;
 use haptic_document::Failure;
@@ -18,6 +14,10 @@ use haptic_document::FileError;
 use haptic_document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
 use haptic_log::record::StartTime;
 use haptic_quantity::written;
+use haptic_trial::DeviceModel;
+use haptic_trial::plant_file::calibration::{
+    Calibration, MOTOR_FACTOR, MeasuredNumber, SENSOR_FACTOR, SENSOR_LAG, SENSOR_OFFSET,
+};
 use serde::Serialize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -148,7 +148,7 @@ impl Calibrator {
         });
         let sensed: Vec<Point> = sensed.collect();
         let before = self.model.calibration.clone().unwrap_or_default();
-        let was = |factor: &Parameter| Estimate::about(before.factor(factor).value, 0.0);
+        let was = |factor: &Parameter| MeasuredNumber::about(before.factor(factor).value, 0.0);
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let mut calibration = Calibration {
             date: date.split('T').next().unwrap_or_default().to_owned(),
@@ -162,7 +162,7 @@ impl Calibrator {
             let was = was(&SENSOR_FACTOR);
             known.insert(SENSOR_FACTOR.key, slope.times(was));
             // In newtons of the sensor.
-            let own = Estimate::about(1.0 / (slope.value * was.value), 0.0);
+            let own = MeasuredNumber::about(1.0 / (slope.value * was.value), 0.0);
             known.insert(SENSOR_OFFSET.key, offset_n.times(own));
             // No sensor leads its force: an instrument that damps or slips does.
             let lag_s = found.lag_s.filter(|lag_s| lag_s.high >= 0.0);

@@ -4,11 +4,11 @@ use super::line::Point;
 use super::{Person, Task, asked};
 use crate::question::measurement::drive::{DriveError, Outcome, Stoppable};
 use crate::question::measurement::{MEASURE_FORCE_LIMIT, MeasurePlan};
-use crate::run::plant_file::calibration::Estimate;
 use haptic_document::Failure;
 use haptic_loop::units::Seconds;
 use haptic_loop::{Controller, Device, Engaged, Environment, SafetyChain};
 use haptic_quantity::written;
+use haptic_trial::plant_file::calibration::MeasuredNumber;
 use nalgebra::Vector1;
 use num_complex::Complex;
 use std::f64::consts::TAU;
@@ -42,7 +42,7 @@ pub(super) struct Found {
     /// The free handle.
     pub idle: Point,
     /// Time by which the sensor follows, s.
-    pub lag_s: Option<Estimate>,
+    pub lag_s: Option<MeasuredNumber>,
 }
 
 /// Axis whose forces and sensor can be seen.
@@ -223,7 +223,7 @@ impl<V: Axis> Handle<'_, V> {
 
     /// Time by which the sensor follows the spring of the instrument, by the phase of a sine about this force; `None` without a sensor, or
     /// where the handle hardly moves.
-    fn lag_s(&mut self, about_n: f64) -> Ended<Option<Estimate>, V> {
+    fn lag_s(&mut self, about_n: f64) -> Ended<Option<MeasuredNumber>, V> {
         self.go(about_n, FAR, FAR)?;
         let (t, mut ends) = (self.bench.plan.sample_time_s, [FAR, -FAR]);
         // A period is a whole number of ticks.
@@ -250,7 +250,7 @@ impl<V: Axis> Handle<'_, V> {
         }
         // The sensor may be read a sample before the place, or after it.
         let [low, high] = ends;
-        Ok(Some(Estimate::about(
+        Ok(Some(MeasuredNumber::about(
             0.5 * (low + high),
             0.5 * (high - low) + t,
         )))

@@ -6,9 +6,9 @@
 //! Half an interval is t·σ·‖row of A⁺‖₂ for the scatter σ with t of Student, and half a step of the instrument times ‖row of A⁺‖₁, at its worst.
 
 use crate::question::measurement::MEASURE_FORCE_LIMIT;
-use crate::run::plant_file::calibration::Estimate;
 use haptic_document::Failure;
 use haptic_tissue::identify::student;
+use haptic_trial::plant_file::calibration::MeasuredNumber;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -34,7 +34,11 @@ const SINGULAR: f64 = 1e-9;
 ///
 /// # Errors
 /// Readings that tell no slope, each with its remedy; `falls` is that for a force that falls where the command grows.
-pub(super) fn line(points: &[Point], step_n: f64, falls: &str) -> Result<[Estimate; 2], Failure> {
+pub(super) fn line(
+    points: &[Point],
+    step_n: f64,
+    falls: &str,
+) -> Result<[MeasuredNumber; 2], Failure> {
     let design = DMatrix::from_fn(points.len(), 3, |row, column| match column {
         0 => points[row].commanded_n,
         way => f64::from(points[row].falling == (way == 2)),
@@ -49,7 +53,7 @@ pub(super) fn line(points: &[Point], step_n: f64, falls: &str) -> Result<[Estima
         let gains = inverse.row(row);
         let rounding = 0.5 * step_n * gains.iter().map(|gain| gain.abs()).sum::<f64>();
         let half = libm::hypot(student(freedom) * scatter * gains.norm(), rounding);
-        Estimate::about(found[row], half)
+        MeasuredNumber::about(found[row], half)
     };
     let slope = about(0);
     if slope.value <= 0.0 {

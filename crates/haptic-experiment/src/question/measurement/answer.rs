@@ -1,16 +1,13 @@
 //! A measurement from its document to its report.
 
 use super::drive::{on_serial, on_simulated};
-use super::estimate::{Measured, estimate};
+use super::estimate::{Measured, device_model, estimate};
 use super::response::{ResponseLine, coherent, response, table};
 use super::{MEASURE_DEVICE, MEASUREMENT, MeasurePlan, TABLES};
 use crate::experiment::reading::{device, remote_by, with_devices, without};
 use crate::question::bench::SIMULATED;
 use crate::run::device::Warn;
-use crate::run::plant_file::DeviceModel;
-use crate::run::plant_file::calibration::{Calibration, MOTOR_FACTOR};
 use crate::run::remote::RemoteDevice;
-use crate::run::sensors::Sensors;
 use haptic_document::Document;
 use haptic_document::Failure;
 use haptic_document::FileError;
@@ -18,6 +15,9 @@ use haptic_document::parameters::{DEVICE, DEVICE_MODEL};
 use haptic_log::record::StartTime;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::{digits, written};
+use haptic_trial::DeviceModel;
+use haptic_trial::Sensors;
+use haptic_trial::plant_file::calibration::{Calibration, MOTOR_FACTOR};
 use serde::Serialize;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -209,7 +209,7 @@ impl MeasureReport {
     pub fn device_file(&self, program: &str) -> String {
         let model = DeviceModel {
             calibration: self.calibration.clone(),
-            ..DeviceModel::measured(&self.found)
+            ..device_model(&self.found)
         };
         model.to_toml(program, &self.conditions)
     }

@@ -9,7 +9,6 @@ use crate::run::ending::Lateness;
 use crate::run::realtime::RealtimeOptions;
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, push};
 use crate::run::schedule::{Pace, Schedule};
-use crate::run::sensors::Sensors;
 use haptic_document::Failure;
 use haptic_document::Named as _;
 use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
@@ -21,6 +20,7 @@ use haptic_loop::{
 use haptic_quantity::{digits, written};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
+use haptic_trial::Sensors;
 use nalgebra::{SVector, Vector1};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;

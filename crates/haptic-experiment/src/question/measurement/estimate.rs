@@ -15,9 +15,9 @@ use super::fit::{
 use super::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MotionRecord,
 };
-use crate::run::plant_file::{DeviceModel, DeviceValues};
 use haptic_document::Interval;
 use haptic_document::parameters as p;
+use haptic_trial::plant_file::{DeviceModel, DeviceValues};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -304,7 +304,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     } else {
         [-1.0, 1.0].map(|sign| delayed + sign * spread.side(&delay))
     };
-    let about = |value: f64, side: f64| Estimate {
+    let about = |value: f64, side: f64| MeasuredNumber {
         value,
         low: value - side,
         high: value + side,
@@ -312,7 +312,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     let around = |number, value: f64, unit: f64| {
         let about = about(value, side(number) * unit);
         let low = about.low.max(0.0);
-        Estimate { low, ..about }
+        MeasuredNumber { low, ..about }
     };
     let factor = libm::exp(side(Number::Mass));
     let residual_rms_m = (square(&fitted.left) / free.max(1) as f64).sqrt();
@@ -322,7 +322,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         .unwrap_or(0.0);
     let at_rest_m = deviation_m(&record.position_m[..record.rest.min(record.len())]);
     Measured {
-        mass_kg: Estimate {
+        mass_kg: MeasuredNumber {
             value: model.mass,
             low: model.mass / factor,
             high: model.mass * factor,
@@ -331,12 +331,12 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         friction_n: around(Number::Friction, model.friction, 1.0),
         hand_stiffness_n_per_m: index(Number::Stiffness)
             .map(|_| around(Number::Stiffness, model.stiffness, 1.0)),
-        delay_s: Estimate {
+        delay_s: MeasuredNumber {
             value: delayed * t,
             low: delay_low.max(0.0) * t,
             high: delay_high * t,
         },
-        current_lag_s: Estimate {
+        current_lag_s: MeasuredNumber {
             value: model.lag.max(0.0) * t,
             low: if lags[0] > NO_LAG { lags[0] * t } else { 0.0 },
             high: lags[1].max(0.0) * t,
@@ -501,7 +501,7 @@ fn encoder_step(positions_m: &[f64]) -> Option<f64> {
 /// ```text
 /// σ² = mean r² − q²/12        its error by blocks of the record
 /// ```
-fn noise_m(left: &[f64], free: usize, step_m: f64) -> Estimate {
+fn noise_m(left: &[f64], free: usize, step_m: f64) -> MeasuredNumber {
     let variance = square(left) / free.max(1) as f64;
     let block = (left.len() / 40).max(10);
     let blocks = left.chunks(block);
@@ -520,7 +520,7 @@ fn noise_m(left: &[f64], free: usize, step_m: f64) -> Estimate {
         variance_left + SIDES * error,
     ]
     .map(|variance| variance.max(0.0).sqrt());
-    Estimate { value, low, high }
+    MeasuredNumber { value, low, high }
 }
 
 /// Standard deviation, m; 0 of fewer than two.
@@ -544,27 +544,27 @@ const UNNOTICED_M: f64 = 1e-7;
 /// One lost sample in this number gives a warning.
 const LOST_NOTABLE: usize = 1000;
 
-pub(crate) use crate::run::plant_file::calibration::Estimate;
+pub(crate) use haptic_trial::plant_file::calibration::MeasuredNumber;
 
 /// A device as estimated from a record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Measured {
-    pub mass_kg: Estimate,
-    pub damping_n_s_per_m: Estimate,
+    pub mass_kg: MeasuredNumber,
+    pub damping_n_s_per_m: MeasuredNumber,
     /// `F_c`, while it slides.
-    pub friction_n: Estimate,
+    pub friction_n: MeasuredNumber,
     /// k of a hand; `None` if there was none.
-    pub hand_stiffness_n_per_m: Option<Estimate>,
+    pub hand_stiffness_n_per_m: Option<MeasuredNumber>,
     /// D: delay from a measurement to the force that answers it, beyond the hold.
-    pub delay_s: Estimate,
-    pub current_lag_s: Estimate,
+    pub delay_s: MeasuredNumber,
+    pub current_lag_s: MeasuredNumber,
     /// q; 0 if no steps were detected.
     pub encoder_resolution_m: f64,
     /// σ: noise of the position, without the rounding to steps but with everything that the model
     /// does not explain.
-    pub sensor_noise_m: Estimate,
+    pub sensor_noise_m: MeasuredNumber,
     /// w: a constant force, such as from a slope or a cable.
-    pub bias_n: Estimate,
+    pub bias_n: MeasuredNumber,
     /// Half the difference between the forces at which it began to move upwards and downwards: an
     /// upper bound of the friction at rest.
     pub breakaway_n: Option<f64>,
@@ -646,7 +646,7 @@ impl Measured {
         // Intervals about as wide as their value; one of the mass is refused. A delay or lag much shorter than a sample, and a friction far
         // below that at rest, may be as unsure as they like.
         let wide =
-            |number: &Estimate, scale: f64| 0.5 * (number.high - number.low) > UNSURE * scale;
+            |number: &MeasuredNumber, scale: f64| 0.5 * (number.high - number.low) > UNSURE * scale;
         let sample_s = self.sample_time_s;
         let at_rest_n = self.breakaway_n.unwrap_or(f64::INFINITY);
         let (damping, friction) = (&self.damping_n_s_per_m, &self.friction_n);
@@ -674,8 +674,8 @@ impl Measured {
 
 impl Measured {
     /// Widens what a force is in by the interval of the motor's factor, whose likeliest value the forces have in them already.
-    pub(crate) fn by_newtons_of(&mut self, motor: Estimate) {
-        let factor = motor.times(Estimate::about(1.0 / motor.value, 0.0));
+    pub(crate) fn by_newtons_of(&mut self, motor: MeasuredNumber) {
+        let factor = motor.times(MeasuredNumber::about(1.0 / motor.value, 0.0));
         let of_force = [
             &mut self.mass_kg,
             &mut self.damping_n_s_per_m,
@@ -687,36 +687,34 @@ impl Measured {
     }
 }
 
-impl DeviceModel {
-    /// A device that was measured.
-    pub(crate) fn measured(found: &Measured) -> Self {
-        let six = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
-        let estimates = [
-            (&p::MASS, Some(found.mass_kg)),
-            (&p::DAMPING, Some(found.damping_n_s_per_m)),
-            (&p::HAND_STIFFNESS, found.hand_stiffness_n_per_m),
-            (&p::DELAY, Some(found.delay_s)),
-            (&p::CURRENT_LAG, Some(found.current_lag_s)),
-            (&p::FRICTION, Some(found.friction_n)),
-            (&p::SENSOR_NOISE, Some(found.sensor_noise_m)),
-        ];
-        let (mut values, mut intervals) = (DeviceValues::default(), Vec::new());
-        values.set(&p::ENCODER_RESOLUTION, six(found.encoder_resolution_m));
-        for (parameter, estimate) in estimates {
-            if let Some(Estimate { value, low, high }) = estimate {
-                values.set(parameter, six(value));
-                intervals.push(Interval {
-                    key: parameter.key,
-                    low: six(low),
-                    high: six(high),
-                });
-            }
+/// A device that was measured.
+pub(crate) fn device_model(found: &Measured) -> DeviceModel {
+    let six = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
+    let estimates = [
+        (&p::MASS, Some(found.mass_kg)),
+        (&p::DAMPING, Some(found.damping_n_s_per_m)),
+        (&p::HAND_STIFFNESS, found.hand_stiffness_n_per_m),
+        (&p::DELAY, Some(found.delay_s)),
+        (&p::CURRENT_LAG, Some(found.current_lag_s)),
+        (&p::FRICTION, Some(found.friction_n)),
+        (&p::SENSOR_NOISE, Some(found.sensor_noise_m)),
+    ];
+    let (mut values, mut intervals) = (DeviceValues::default(), Vec::new());
+    values.set(&p::ENCODER_RESOLUTION, six(found.encoder_resolution_m));
+    for (parameter, estimate) in estimates {
+        if let Some(MeasuredNumber { value, low, high }) = estimate {
+            values.set(parameter, six(value));
+            intervals.push(Interval {
+                key: parameter.key,
+                low: six(low),
+                high: six(high),
+            });
         }
-        Self {
-            values,
-            intervals,
-            calibration: None,
-        }
+    }
+    DeviceModel {
+        values,
+        intervals,
+        calibration: None,
     }
 }
 
@@ -745,16 +743,16 @@ mod tests {
     fn the_noise_is_what_rounding_does_not_explain() {
         // ±1 and ±3 alternate: the variance is 5.
         let left: Vec<f64> = (0..4000).map(|n| [1.0, -1.0, 3.0, -3.0][n % 4]).collect();
-        let Estimate { value, low, high } = noise_m(&left, left.len(), 0.0);
+        let MeasuredNumber { value, low, high } = noise_m(&left, left.len(), 0.0);
         assert!((value - 5_f64.sqrt()).abs() < 1e-12);
         assert!(low <= value && value <= high);
-        let Estimate { value, .. } = noise_m(&left, left.len(), 12_f64.sqrt());
+        let MeasuredNumber { value, .. } = noise_m(&left, left.len(), 12_f64.sqrt());
         assert!((value - 2.0).abs() < 1e-12);
         assert!(deviation_m(&[1.0, f64::NAN, 3.0]) - 2_f64.sqrt() < 1e-12);
     }
 
-    fn about(value: f64, half: f64) -> Estimate {
-        Estimate {
+    fn about(value: f64, half: f64) -> MeasuredNumber {
+        MeasuredNumber {
             value,
             low: (value - half).max(0.0),
             high: value + half,
@@ -821,7 +819,7 @@ mod tests {
                 found.delay_s = about(1e-3, 1.47);
             }),
             ("the delay is known to ±60 %", |found| {
-                found.delay_s = Estimate {
+                found.delay_s = MeasuredNumber {
                     value: 1e-3,
                     low: 0.4e-3,
                     high: 1.6e-3,

@@ -18,8 +18,8 @@
 
 use super::drive::{grown_s, steps};
 use super::{MeasurePlan, MotionRecord};
-use crate::run::plant_file::COHERENT;
 use fractional_control::Plant;
+use haptic_trial::plant_file::COHERENT;
 use nalgebra::DMatrix;
 use num_complex::Complex;
 use serde::Serialize;

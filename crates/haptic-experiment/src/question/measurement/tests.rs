@@ -6,19 +6,19 @@ mod random_devices;
 
 use super::MeasuredAxis;
 use super::drive::{Driven, Outcome, drive, on_simulated};
-use super::estimate::{Estimate, MeasureError, Measured, estimate};
+use super::estimate::{MeasureError, Measured, device_model, estimate};
 use super::response::{coherent, response};
 use super::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MeasurePlan,
     Measurement, MotionRecord, OwnLimits,
 };
 use crate::Sensors;
-use crate::run::plant_file::DeviceModel;
 use fracdiff::Seconds;
 use haptic_document::Document;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_trial::DeviceModel;
 use nalgebra::Vector1;
 use num_complex::Complex;
 use std::convert::Infallible;
@@ -552,7 +552,7 @@ fn a_plan_outside_its_ranges_is_refused() {
 fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
     let driven = Fine::new(usual(), 1).drive(&short());
     let found = found(&driven.record, false);
-    let written = DeviceModel::measured(&found);
+    let written = device_model(&found);
     let path = Path::new("lab/device.toml");
     let text = written.to_toml("a test", "on \"sim\"");
     assert!(
@@ -588,12 +588,5 @@ fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
         let is_explained =
             message.starts_with(&format!("lab/device.toml:{want}")) && !message.contains('\n');
         assert!(is_explained, "{message}");
-    }
-}
-
-impl Estimate {
-    /// True of a number in the interval.
-    pub(crate) fn covers(&self, number: f64) -> bool {
-        (self.low..=self.high).contains(&number)
     }
 }

@@ -10,8 +10,6 @@ use crate::run::record::{Record, Start};
 use crate::run::recorder::Recorder;
 use crate::run::remote::partner::Partner;
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
-use crate::run::safety::GuardChoice;
-use crate::run::safety::keys::{DEVICE_DAMPING, DEVICE_MASS};
 use crate::run::schedule::Schedule;
 use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};
@@ -26,6 +24,8 @@ use haptic_loop::realtime::Fallback;
 use haptic_loop::{Controller, Environment, Tap, Workspace};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Companions, SerialError, SerialLink};
+use haptic_trial::GuardChoice;
+use haptic_trial::safety::keys::{DEVICE_DAMPING, DEVICE_MASS};
 use std::collections::BTreeMap;
 
 /// A run to be made on a device.

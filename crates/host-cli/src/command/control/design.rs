@@ -7,9 +7,9 @@ use crate::output::Output;
 use clap::Args;
 use fractional_control::design::ControlAnswer;
 use haptic_experiment::Failure;
-use haptic_experiment::question::control_loop::{LoopForm, NamedPlant};
-use haptic_experiment::question::controller::DesignForm;
-use haptic_experiment::question::controller::report::designed;
+use haptic_question::control_loop::{LoopForm, NamedPlant};
+use haptic_question::controller::DesignForm;
+use haptic_question::controller::report::designed;
 use serde::Serialize;
 use serde_json::Value;
 

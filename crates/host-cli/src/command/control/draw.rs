@@ -6,14 +6,14 @@ use fractional_control::design::{ControlAnswer, Trial, TunedController};
 use fractional_control::model_search::InputOutput;
 use fractional_control::num_complex::Complex;
 use fractional_control::{ControllerSetup, Crossing};
-use haptic_experiment::control::in_short;
 use haptic_experiment::question::analysis::decibel;
-use haptic_experiment::question::control_loop::run::Simulated;
-use haptic_experiment::question::control_loop::{ControlLoop, NamedPlant};
-use haptic_experiment::question::plant::response::ResponseAnswer;
-use haptic_experiment::question::plant::{PlantAnswer, PlantFound};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::{in_five_digits, written};
+use haptic_question::control_loop::run::Simulated;
+use haptic_question::control_loop::{ControlLoop, NamedPlant};
+use haptic_question::plant::response::ResponseAnswer;
+use haptic_question::plant::{PlantAnswer, PlantFound};
+use haptic_question::words::in_short;
 
 fn subtitle(plant: &NamedPlant, controller: Option<&ControllerSetup>) -> String {
     let mut words = format!("plant {}", in_five_digits(&plant.words));

@@ -4,7 +4,7 @@ use crate::options::Options;
 use crate::options::keys::Named;
 use crate::output::Output;
 use haptic_experiment::Failure;
-use haptic_experiment::question::control_loop::{ControlLoop, LoopForm};
+use haptic_question::control_loop::{ControlLoop, LoopForm};
 use serde_json::{Value, json};
 
 /// The loop of the options of a command.

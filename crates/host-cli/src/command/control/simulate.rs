@@ -8,7 +8,7 @@ use crate::output::Output;
 use crate::table;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::question::control_loop::run::{Reference, Simulated};
+use haptic_question::control_loop::run::{Reference, Simulated};
 use serde::Serialize;
 use serde_json::json;
 

@@ -1,8 +1,8 @@
 //! `KEY=VALUE`, as `device set` and `device emulate` take it.
 
 use crate::parse::{outside, read_whole};
+use haptic_document::short;
 use haptic_experiment::Failure;
-use haptic_experiment::document::short;
 use haptic_experiment::parameters::Range;
 use haptic_quantity::{did_you_mean, doubt, is_meant, parse_for_key, without_unit};
 use std::fmt::Display;

@@ -4,8 +4,8 @@ use super::{Arguments, named};
 use crate::output::Output;
 use fracdiff_c::{CHeader, CNumber};
 use fractional_control::{ControllerList, ControllerParameters, ControllerSetup, rule_of_scheme};
-use haptic_experiment::control::refused;
 use haptic_experiment::{Failure, Named as _, Precision};
+use haptic_question::words::refused;
 use serde_json::json;
 
 impl Arguments {

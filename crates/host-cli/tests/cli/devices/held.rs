@@ -4,7 +4,7 @@ use super::{Emulated, at};
 use crate::process::column;
 use fracdiff::Seconds;
 use fractional_control::{Controller as _, FractionalPid};
-use haptic_experiment::ControllerFile;
+use haptic_trial::ControllerFile;
 use testkit::assert_says;
 
 /// It reaches its upper limit on the ramp: the emulated device takes 12 mN to go at 3.3 mm/s.

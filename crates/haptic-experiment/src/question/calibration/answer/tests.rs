@@ -172,7 +172,7 @@ fn calibrated(made: Made, weight: &str) -> Result<CalibrationReport, Failure> {
     calibrator.report("bench".to_owned(), found, &|_| ())
 }
 
-fn has(estimate: Estimate, truth: f64) -> bool {
+fn has(estimate: MeasuredNumber, truth: f64) -> bool {
     (estimate.low..=estimate.high).contains(&truth)
 }
 
@@ -273,13 +273,13 @@ fn a_calibration_is_kept_in_the_device_file_whose_mass_was_in_newtons_of_the_dev
     let path = Path::new("device.toml");
     let before = "[device]\nmass_kg = 0.13\ndamping_n_s_per_m = 7.0\nfriction_n = 0.1\ndelay_s = 0.001\n[intervals]\nmass_kg = [0.12, 0.14]\n";
     let device = DeviceModel::parse(path, before).expect("a device");
-    let newton = Estimate::about(0.5, 0.05);
+    let newton = MeasuredNumber::about(0.5, 0.05);
     let calibration = Calibration {
         date: "2026-11-29".to_owned(),
         device: "one".to_owned(),
         found: [
             (MOTOR_FACTOR.key, newton),
-            (SENSOR_LAG.key, Estimate::about(1e-3, 1e-4)),
+            (SENSOR_LAG.key, MeasuredNumber::about(1e-3, 1e-4)),
         ]
         .into(),
     };

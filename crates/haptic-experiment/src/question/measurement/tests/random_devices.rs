@@ -5,7 +5,7 @@
 use super::measured;
 use crate::Sensors;
 use crate::question::measurement::MeasurePlan;
-use crate::question::measurement::estimate::{Estimate, Measured, estimate};
+use crate::question::measurement::estimate::{Measured, MeasuredNumber, estimate};
 use fracdiff::Seconds;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons};
@@ -69,7 +69,7 @@ fn measure(number: u64) -> Case {
 
 impl Case {
     /// Each number: what it is, and what was found.
-    fn numbers(&self) -> [(&'static str, f64, Estimate); 7] {
+    fn numbers(&self) -> [(&'static str, f64, MeasuredNumber); 7] {
         let Self {
             device,
             sensors,
@@ -95,7 +95,7 @@ impl Case {
     }
 
     /// Off by more than three half-widths of its interval, and not a word of it.
-    fn is_confidently_wrong(&self, truth: f64, found: Estimate) -> bool {
+    fn is_confidently_wrong(&self, truth: f64, found: MeasuredNumber) -> bool {
         let half = 0.5 * (found.high - found.low);
         (truth - found.value).abs() > 3.0 * half && self.found.warnings.is_empty()
     }

@@ -2,8 +2,8 @@
 
 use crate::options::Options;
 use crate::options::keys::Press;
+use haptic_document::Document;
 use haptic_experiment::Failure;
-use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{
     AREA, BONDED, HALF_ANGLE, INDENTER_RADIUS, LOADING, Parameter, THICKNESS, TISSUE,
 };

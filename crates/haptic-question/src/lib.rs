@@ -1,0 +1,10 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+#![warn(unreachable_pub)]
+
+pub mod control_loop;
+pub mod controller;
+pub mod form;
+pub mod plant;
+pub mod tissue;
+pub mod words;

@@ -1,0 +1,3 @@
+//! Questions to records, as a whole.
+
+mod spoilt_rows;
