@@ -117,7 +117,7 @@ fn logs() -> Done {
             tick,
             time_s,
             position_m: 1e-3.into(),
-            ..TickMessage::default()
+            ..TickMessage::at_rest(1)
         };
         log.tick(&message)?;
     }

@@ -173,7 +173,7 @@ mod tests {
             let message = TickMessage {
                 tick,
                 sensed_force_n: Some(sensed_n.into()),
-                ..TickMessage::default()
+                ..TickMessage::at_rest(1)
             };
             judge.add(&KeptSample::of(&message), rendered_n, Some(closed_form_n));
         }
@@ -211,7 +211,7 @@ mod tests {
     fn without_a_sensor_there_is_no_row_and_an_offset_that_is_not_known_is_told() {
         let known = Tare::from(SensorOffset::Known([0.0; 3]));
         let mut none = SensedForce::default();
-        none.add(&KeptSample::of(&TickMessage::default()), 1.0, None);
+        none.add(&KeptSample::of(&TickMessage::at_rest(1)), 1.0, None);
         assert_eq!(
             (none.rows(known, None), none.warnings(known, true)),
             (json!({}), vec![])

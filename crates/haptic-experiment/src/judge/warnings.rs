@@ -249,7 +249,7 @@ mod tests {
                 tick,
                 time_s,
                 limiters,
-                ..TickMessage::default()
+                ..TickMessage::at_rest(1)
             });
         }
         for (may_rise_s, samples) in [(1.0, None), (0.1995, Some("300"))] {

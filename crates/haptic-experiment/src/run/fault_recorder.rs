@@ -188,7 +188,7 @@ mod tests {
         TickMessage {
             tick,
             time_s: 1e-3 * tick as f64,
-            ..TickMessage::default()
+            ..TickMessage::at_rest(1)
         }
     }
 

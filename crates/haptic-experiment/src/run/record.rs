@@ -340,7 +340,7 @@ mod tests {
         let sample = KeptSample::of(&TickMessage {
             tick: 503,
             time_s: 0.503,
-            ..TickMessage::default()
+            ..TickMessage::at_rest(1)
         });
         let counted = start.counted(sample).expect("it is after the start");
         assert_eq!(counted.tick, 1);
@@ -359,7 +359,7 @@ mod tests {
                 tick,
                 time_s: tick as f64 * 1e-3,
                 limiters: 16 * u8::from(tick < 502),
-                ..TickMessage::default()
+                ..TickMessage::at_rest(1)
             });
         }
         let whole = record.whole.as_deref().unwrap_or_default();

@@ -56,7 +56,7 @@ impl Foxglove {
             LiveError::Server { address, reason }
         };
         let context = Context::new();
-        let ticks = channel(&context, &TickMessage::default()).map_err(failed)?;
+        let ticks = channel(&context, &TickMessage::unknown(1)).map_err(failed)?;
         let events = channel(&context, &EventMessage::default()).map_err(failed)?;
         let host = match address {
             SocketAddr::V4(address) => address.ip().to_string(),

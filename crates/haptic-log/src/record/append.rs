@@ -146,7 +146,7 @@ mod tests {
             let message = TickMessage {
                 tick,
                 time_s,
-                ..TickMessage::default()
+                ..TickMessage::at_rest(1)
             };
             log.tick(&message).expect("written");
         }
@@ -186,7 +186,7 @@ mod tests {
         let folder = Folder::empty();
         let path = folder.join("run.mcap");
         let mut log = LogWriter::create(&path).expect("made");
-        log.tick(&TickMessage::default()).expect("written");
+        log.tick(&TickMessage::at_rest(1)).expect("written");
         log.finish().expect("finished");
         let whole = fs::read(&path).expect("read");
         let mut others: Vec<Vec<u8>> = [0, 7, 40, whole.len() / 2, whole.len() - 1]

@@ -39,7 +39,7 @@ impl ExportSummary {
 /// # let log = folder.path().join("run.mcap");
 /// # let table = folder.path().join("run.csv");
 /// # let mut writer = LogWriter::create(&log)?;
-/// # writer.tick(&TickMessage::default())?;
+/// # writer.tick(&TickMessage::at_rest(1))?;
 /// # writer.finish()?;
 /// let exported = export_csv(&log, &table, false)?;
 /// assert_eq!(exported.rows, 1);

@@ -124,7 +124,7 @@ pub const ATTACHMENTS: &str = "(attachments)";
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("run.mcap");
 /// # let mut log = LogWriter::create(&path)?;
-/// # log.tick(&TickMessage { commanded_force_n: (-2.0).into(), ..TickMessage::default() })?;
+/// # log.tick(&TickMessage { commanded_force_n: (-2.0).into(), ..TickMessage::at_rest(1) })?;
 /// # log.finish()?;
 /// let mut log = LogReader::open(&path)?;
 /// let mut largest_n = 0.0_f64;
@@ -291,7 +291,7 @@ impl<R: Read> LogReader<R> {
         let mut channels = self.skim.iter().flatten();
         let ticks = channels.find(|(id, _)| match self.channels.get(id) {
             Some(Ok(Kind::Tick(entry, _))) => {
-                matches!(entry(TickMessage::default()), Entry::Tick(_))
+                matches!(entry(TickMessage::at_rest(1)), Entry::Tick(_))
             }
             Some(Ok(Kind::Event(_)) | Err(_)) | None => false,
         });

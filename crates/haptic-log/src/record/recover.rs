@@ -91,7 +91,7 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
 /// # let folder = tempfile::tempdir()?;
 /// # let (cut, saved) = (folder.path().join("run.mcap.part"), folder.path().join("saved.mcap"));
 /// # let mut writer = LogWriter::create(&folder.path().join("run.mcap"))?;
-/// # writer.tick(&TickMessage::default())?;
+/// # writer.tick(&TickMessage::at_rest(1))?;
 /// // The process that wrote `run.mcap` died: `run.mcap.part` is left.
 /// drop(writer);
 /// let summary = recover(&cut, &saved, false)?;
@@ -132,7 +132,7 @@ fn untouched(error: RecordError, target: &Path) -> RecordError {
 /// # let (run, part) = (folder.path().join("run.mcap"), folder.path().join("part.mcap"));
 /// # let mut writer = LogWriter::create(&run)?;
 /// # for tick in 0..100 {
-/// #     writer.tick(&TickMessage { tick, time_s: 0.01 * tick as f64, ..TickMessage::default() })?;
+/// #     writer.tick(&TickMessage { tick, time_s: 0.01 * tick as f64, ..TickMessage::at_rest(1) })?;
 /// # }
 /// # writer.finish()?;
 /// let made = cut(&run, &part, Span { from_s: 0.2, to_s: 0.4 }, false)?;

@@ -41,7 +41,7 @@ const FILES_MOST: usize = 9999;
 /// // Files of 100 MB: day.mcap, day-0002.mcap, …
 /// log.roll_at(100_000_000);
 /// for tick in 0..100 {
-///     log.tick(&TickMessage { tick, time_s: 1e-3 * tick as f64, ..TickMessage::default() })?;
+///     log.tick(&TickMessage { tick, time_s: 1e-3 * tick as f64, ..TickMessage::at_rest(1) })?;
 /// }
 /// let finished = log.finish()?;
 /// assert_eq!(finished.paths, [first.clone()]);

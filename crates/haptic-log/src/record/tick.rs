@@ -1,5 +1,5 @@
-//! A control tick of one, two or three axes, and the one table of its columns, `FIELDS`: it makes schema, bytes, CSV
-//! and the columns of every other program. A field with an element an axis is `position_m` of one axis,
+//! A control tick of one, two or three axes, and the one list of its fields: it makes the message, schema, bytes, CSV and the columns
+//! of every other program. A field with an element an axis is `position_m` of one axis,
 //! `position_x_m`, `position_y_m` and `position_z_m` of several.
 
 use super::message::{ColumnValue, Item, Layout, LogMessage, MessageError, begin, put};
@@ -75,56 +75,6 @@ impl fmt::Debug for PerAxis {
     }
 }
 
-/// One control tick. Lengths in m, forces in N, time in s; forces as the recorder was given them, NaN included. The
-/// default is at rest on one axis.
-///
-/// ```
-/// use haptic_log::record::{Entry, LogReader, LogWriter, PerAxis, TickMessage};
-///
-/// let folder = tempfile::tempdir()?;
-/// let path = folder.path().join("run.mcap");
-/// let mut log = LogWriter::create(&path)?;
-/// let commanded_force_n = PerAxis::new(&[0.3, -0.4]);
-/// let tick = TickMessage { commanded_force_n, observed_energy_j: 0.0, ..TickMessage::at_rest(2) };
-/// log.tick(&tick)?;
-/// log.finish()?;
-/// assert_eq!(LogReader::open(&path)?.next().transpose()?, Some(Entry::Tick(tick)));
-/// assert_eq!(tick.commanded_force_n.norm(), 0.5);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TickMessage {
-    /// Number of the tick, counted by the device from the start of the run.
-    pub tick: u64,
-    /// Time on the clock of the device, s, from its first tick.
-    pub time_s: f64,
-    /// Commanded position of the hand or indenter, m.
-    pub reference_m: PerAxis,
-    /// True position of the hand or indenter, m.
-    pub indenter_position_m: PerAxis,
-    /// Position of the device as the loop read it, m.
-    pub position_m: PerAxis,
-    /// Force that the environment wanted, N.
-    pub environment_force_n: PerAxis,
-    /// Force that left the safety chain and was commanded, in answer to this position, N.
-    pub commanded_force_n: PerAxis,
-    /// Force that the device made in this tick, N: in a loop on the host it answers an earlier position.
-    pub applied_force_n: PerAxis,
-    /// Force between indenter and device, or that the actuators really made, N.
-    pub contact_force_n: PerAxis,
-    /// Limiters that acted, as bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
-    /// 64 velocity, 128 passivity guard.
-    pub limiters: u8,
-    /// Flaws of this tick, bits of [`flaw`](super::flaw); 0 for a good tick.
-    pub flaws: u8,
-    /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop. NaN
-    /// without a guard, and from a device that does not send it.
-    pub observed_energy_j: f64,
-    /// Force of the hand or indenter on the device as its force sensor shows it, N, positive along the position; `None`, in a file NaN,
-    /// without a sensor.
-    pub sensed_force_n: Option<PerAxis>,
-}
-
 /// Access to a field by its kind.
 #[derive(Clone, Copy, Debug)]
 enum Reach {
@@ -146,39 +96,94 @@ struct Field {
     reach: Reach,
 }
 
-macro_rules! field {
-    ($kind:ident $name:ident, $what:literal) => {
-        Field {
+/// Type of a field by its kind, and the field of a tick whose numbers are all this one.
+macro_rules! kind {
+    (type Count) => { u64 };
+    (type Number) => { f64 };
+    (type Axes) => { PerAxis };
+    (type Perhaps) => { Option<PerAxis> };
+    (type Bits) => { u8 };
+    (Count $number:ident $axes:ident) => { 0 };
+    (Number $number:ident $axes:ident) => { $number };
+    (Axes $number:ident $axes:ident) => { $axes };
+    (Perhaps $number:ident $axes:ident) => { None };
+    (Bits $number:ident $axes:ident) => { 0 };
+}
+
+/// The message, its fields in their order, and a tick whose numbers are all the same. A new field stands here once: then it is written
+/// and read, and NaN in a tick that does not know it.
+macro_rules! message {
+    ($(#[$about:meta])* struct $($(#[$doc:meta])* $name:ident: $kind:ident, $what:literal;)*) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct TickMessage {
+            $($(#[$doc])* pub $name: kind!(type $kind),)*
+        }
+
+        static FIELDS: [Field; [$(stringify!($name)),*].len()] = [$(Field {
             name: stringify!($name),
             what: $what,
             reach: Reach::$kind(|tick| &mut tick.$name),
+        }),*];
+
+        impl TickMessage {
+            fn filled(number: f64, axes: PerAxis) -> Self {
+                Self { $($name: kind!($kind number axes),)* }
+            }
         }
     };
 }
 
-/// The fields in the order of a message. The bits are those of [`TickMessage::limiters`] and of [`flaw`](super::flaw).
-static FIELDS: [Field; 13] = [
-    field!(Count tick, "number of the tick, from the start of the run"),
-    field!(Number time_s, "device time, s"),
-    field!(Axes reference_m, "commanded place of hand or indenter, m"),
-    field!(Axes indenter_position_m, "its true place, m"),
-    field!(Axes position_m, "place of the device as the loop read it, m"),
-    field!(Axes environment_force_n, "wanted by the environment, N"),
-    field!(Axes commanded_force_n, "after the safety chain, N"),
-    field!(Axes applied_force_n, "made by the device in this tick, N"),
-    field!(Axes contact_force_n, "of the contact, or really made, N"),
-    field!(
-        Bits limiters,
-        "bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, 128 passivity guard"
-    ),
-    field!(
-        Bits flaws,
-        "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
-         4 an older force of the host acted, 8 what the device told cannot be"
-    ),
-    field!(Number observed_energy_j, "seen by the passivity guard, J; NaN if there is none"),
-    field!(Perhaps sensed_force_n, "of the hand on the device by its force sensor, N; NaN if there is none"),
-];
+message! {
+    /// One control tick. Lengths in m, forces in N, time in s; forces as the recorder was given them, NaN included.
+    ///
+    /// ```
+    /// use haptic_log::record::{Entry, LogReader, LogWriter, PerAxis, TickMessage};
+    ///
+    /// let folder = tempfile::tempdir()?;
+    /// let path = folder.path().join("run.mcap");
+    /// let mut log = LogWriter::create(&path)?;
+    /// let commanded_force_n = PerAxis::new(&[0.3, -0.4]);
+    /// let tick = TickMessage { commanded_force_n, ..TickMessage::at_rest(2) };
+    /// log.tick(&tick)?;
+    /// log.finish()?;
+    /// assert_eq!(LogReader::open(&path)?.next().transpose()?, Some(Entry::Tick(tick)));
+    /// assert_eq!(tick.commanded_force_n.norm(), 0.5);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    struct
+
+    /// Number of the tick, counted by the device from the start of the run.
+    tick: Count, "number of the tick, from the start of the run";
+    /// Time on the clock of the device, s, from its first tick.
+    time_s: Number, "device time, s";
+    /// Commanded position of the hand or indenter, m.
+    reference_m: Axes, "commanded place of hand or indenter, m";
+    /// True position of the hand or indenter, m.
+    indenter_position_m: Axes, "its true place, m";
+    /// Position of the device as the loop read it, m.
+    position_m: Axes, "place of the device as the loop read it, m";
+    /// Force that the environment wanted, N.
+    environment_force_n: Axes, "wanted by the environment, N";
+    /// Force that left the safety chain and was commanded, in answer to this position, N.
+    commanded_force_n: Axes, "after the safety chain, N";
+    /// Force that the device made in this tick, N: in a loop on the host it answers an earlier position.
+    applied_force_n: Axes, "made by the device in this tick, N";
+    /// Force between indenter and device, or that the actuators really made, N.
+    contact_force_n: Axes, "of the contact, or really made, N";
+    /// Limiters that acted, as bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
+    /// 64 velocity, 128 passivity guard.
+    limiters: Bits, "bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, 128 passivity guard";
+    /// Flaws of this tick, bits of [`flaw`](super::flaw); 0 for a good tick.
+    flaws: Bits, "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
+         4 an older force of the host acted, 8 what the device told cannot be";
+    /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop. NaN
+    /// without a guard, and from a device that does not send it.
+    observed_energy_j: Number, "seen by the passivity guard, J; NaN if there is none";
+    /// Force of the hand or indenter on the device as its force sensor shows it, N, positive along the position; `None`, in a file NaN,
+    /// without a sensor.
+    sensed_force_n: Perhaps, "of the hand on the device by its force sensor, N; NaN if there is none";
+}
 
 /// Destination of a column: a field, and its axis.
 #[derive(Clone, Copy, Debug)]
@@ -246,27 +251,13 @@ impl TickMessage {
     /// nobody saw.
     #[must_use]
     pub fn unknown(axes: usize) -> Self {
-        Self::filled(nothing(axes))
+        Self::filled(f64::NAN, nothing(axes))
     }
 
-    /// A tick with this many axes, 1 to 3, all zero and without a guard's energy.
+    /// A tick with this many axes, 1 to 3, all zero.
     #[must_use]
     pub fn at_rest(axes: usize) -> Self {
-        Self::filled(PerAxis::new(&[0.0; 3][..axes.clamp(1, 3)]))
-    }
-
-    fn filled(numbers: PerAxis) -> Self {
-        Self {
-            reference_m: numbers,
-            indenter_position_m: numbers,
-            position_m: numbers,
-            environment_force_n: numbers,
-            commanded_force_n: numbers,
-            applied_force_n: numbers,
-            contact_force_n: numbers,
-            observed_energy_j: f64::NAN,
-            ..Self::default()
-        }
+        Self::filled(0.0, PerAxis::new(&[0.0; 3][..axes.clamp(1, 3)]))
     }
 
     /// Number of axes, 1 to 3.
@@ -361,10 +352,11 @@ impl LogMessage for TickMessage {
 
     /// Numbers that are not in the schema are not numbers, and bits are 0.
     fn decode(layout: &Layout<Slot>, bytes: &[u8]) -> Result<Self, MessageError> {
-        let mut tick = Self::filled(PerAxis {
+        let none = PerAxis {
             values: [f64::NAN; 3],
             count: 0,
-        });
+        };
+        let mut tick = Self::filled(f64::NAN, none);
         layout.read(bytes, |Slot(reach, axis), places, item| {
             // No column of ours is a list.
             if !places.is_empty() {
@@ -479,11 +471,10 @@ mod tests {
         for axes in 1..=3 {
             let schema = tick(axes).schema().1;
             let layout = Layout::of(&schema, TickMessage::slot);
-            for plain in [TickMessage::default(), TickMessage::at_rest(axes)] {
-                assert_eq!(plain.sensed_force_n, None);
-                for column in &TickMessage::columns(1)[12..] {
-                    assert!(column.value(&plain).to_f64().is_nan(), "{}", column.name);
-                }
+            let plain = TickMessage::at_rest(axes);
+            assert_eq!(plain.sensed_force_n, None);
+            for column in &TickMessage::columns(1)[12..] {
+                assert!(column.value(&plain).to_f64().is_nan(), "{}", column.name);
             }
             let mut bytes = Vec::new();
             let blind = TickMessage {
@@ -503,6 +494,34 @@ mod tests {
             };
             let refused = uneven.encode_into(&mut bytes).is_err();
             assert_eq!(refused, axes != 2, "{axes}");
+        }
+    }
+
+    #[test]
+    fn a_number_that_nobody_knows_is_none_and_at_rest_each_is_zero() {
+        let schema = "uint64 tick\nfloat64 position_m\n";
+        let layout = Layout::of(schema, TickMessage::slot);
+        let bytes = [&[0, 1, 0, 0][..], &[0; 16]].concat();
+        let read = TickMessage::decode(&layout, &bytes).expect("decodes");
+        for column in TickMessage::columns(1) {
+            let number = |tick: &TickMessage| match column.value(tick) {
+                ColumnValue::Number(number) => Some(number),
+                ColumnValue::Count(_) | ColumnValue::Bits(_) => None,
+            };
+            let (name, is_sensed) = (&*column.name, column.name == "sensed_force_n");
+            if let Some(unknown) = number(&TickMessage::unknown(1)) {
+                assert!(unknown.is_nan(), "{name}");
+                assert_eq!(
+                    number(&read).map(f64::is_nan),
+                    Some(name != "position_m"),
+                    "{name}"
+                );
+                assert_eq!(
+                    number(&TickMessage::at_rest(1)) == Some(0.0),
+                    !is_sensed,
+                    "{name}"
+                );
+            }
         }
     }
 

@@ -73,7 +73,7 @@ pub struct FinishedLog {
 /// log.starts_at(StartTime::at(SystemTime::now()))?;
 /// for tick in 0..1000 {
 ///     let time_s = 1e-3 * tick as f64;
-///     log.tick(&TickMessage { tick, time_s, position_m: 1e-3.into(), commanded_force_n: (-1.0).into(), ..TickMessage::default() })?;
+///     log.tick(&TickMessage { tick, time_s, position_m: 1e-3.into(), commanded_force_n: (-1.0).into(), ..TickMessage::at_rest(1) })?;
 /// }
 /// let finished = log.finish()?;
 /// assert_eq!(finished.samples, 1000);

@@ -81,10 +81,10 @@ mod tests {
             );
             assert_eq!(names.contains(&"position_z_m".to_owned()), axes == 3);
             // A tick of other axes is no number.
-            assert_eq!(channels.numbers(&TickMessage::default()).count(), 0);
+            assert_eq!(channels.numbers(&TickMessage::at_rest(1)).count(), 0);
         }
         let one = Channels::of(1);
-        let numbers = one.numbers(&TickMessage::default()).count();
+        let numbers = one.numbers(&TickMessage::at_rest(1)).count();
         assert_eq!(one.names().len(), numbers);
     }
 }

@@ -260,7 +260,7 @@ mod tests {
             let message = TickMessage {
                 tick,
                 time_s,
-                ..TickMessage::default()
+                ..TickMessage::at_rest(1)
             };
             log.tick(&message).expect("written");
         }

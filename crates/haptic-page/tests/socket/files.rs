@@ -197,7 +197,7 @@ fn log_of(path: &std::path::Path, ticks: u64) -> LogWriter<std::io::BufWriter<fs
         let message = TickMessage {
             tick,
             time_s,
-            ..TickMessage::default()
+            ..TickMessage::at_rest(1)
         };
         log.tick(&message).expect("written");
     }

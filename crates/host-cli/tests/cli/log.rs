@@ -190,7 +190,7 @@ fn a_long_log_is_drawn_with_its_extremes() {
             time_s,
             position_m,
             commanded_force_n,
-            ..TickMessage::default()
+            ..TickMessage::at_rest(1)
         };
         log.tick(&tick).expect("writes");
     }

@@ -128,7 +128,7 @@ fn tick(n: u32) -> TickMessage {
         position_m: (1e-6 * f64::from(n)).into(),
         commanded_force_n: (-f64::from(n)).into(),
         limiters: (n % 16) as u8,
-        ..TickMessage::default()
+        ..TickMessage::at_rest(1)
     }
 }
 

@@ -10,7 +10,7 @@ fn log_of(place: &Place, ticks: impl Iterator<Item = u64>, ended: EndKind, dropp
     let message = |tick| TickMessage {
         tick,
         time_s: 1e-3 * tick as f64,
-        ..TickMessage::default()
+        ..TickMessage::at_rest(1)
     };
     log_with(place, ticks.map(message), ended, dropped);
 }
@@ -62,7 +62,7 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
             time_s: 1e-3 * tick as f64,
             flaws: if tick < flawed { flaws } else { 0 },
             position_m: if tick < flawed { position_m } else { 0.0 }.into(),
-            ..TickMessage::default()
+            ..TickMessage::at_rest(1)
         });
         log_with(&place, ticks, EndKind::Interrupted, 0);
         place.run("log check made.mcap")
