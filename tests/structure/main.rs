@@ -21,7 +21,6 @@ const ROOMS: &[(&str, &[&str])] = &[(
         "judge",
         "experiment",
         "question",
-        "control",
         "open",
         "live",
     ],
@@ -147,10 +146,30 @@ fn circles_of(source: &Source) -> Vec<(String, String)> {
     circles(&imports).iter().flat_map(in_circle).collect()
 }
 
+/// The room of a file: its module at the top.
+fn room_of(source: &Source, file: usize) -> &str {
+    let name = source.files[file].name.split([':', ' ']).next();
+    name.expect("a name")
+}
+
+/// The rooms that each file of a crate uses besides its own: those that define what it names, and those through which it names it.
+fn rooms_used(source: &Source) -> BTreeMap<usize, BTreeSet<String>> {
+    let mut used = source.rooms_named();
+    for (file, files) in source.imports() {
+        let rooms = files
+            .into_iter()
+            .map(|other| room_of(source, other).to_owned());
+        used.entry(file).or_default().extend(rooms);
+    }
+    for (file, rooms) in &mut used {
+        rooms.remove(room_of(source, *file));
+    }
+    used
+}
+
 /// Imports of a room from one above it; the root, which is in no room, may name them all.
 fn upwards(rooms: &[&str], source: &Source) -> Vec<(String, String)> {
-    let floor = |file: usize| {
-        let room = source.files[file].name.split("::").next().expect("a name");
+    let floor = |room: &str| {
         let floor = rooms.iter().position(|known| *known == room);
         assert!(
             floor.is_some() || room == "crate",
@@ -158,16 +177,15 @@ fn upwards(rooms: &[&str], source: &Source) -> Vec<(String, String)> {
         );
         floor
     };
-    let imports = source.imports().into_iter();
-    let pairs = imports.flat_map(|(from, files)| files.into_iter().map(move |to| (from, to)));
-    let up = pairs.filter(|&(from, to)| floor(from).is_some() && floor(from) < floor(to));
-    up.map(|(from, to)| {
-        (
-            source.files[from].name.clone(),
-            source.files[to].name.clone(),
-        )
-    })
-    .collect()
+    let used = rooms_used(source).into_iter();
+    let pairs = used.flat_map(|(from, rooms)| rooms.into_iter().map(move |to| (from, to)));
+    let is_up = |(from, to): &(usize, String)| {
+        let from = floor(room_of(source, *from));
+        from.is_some() && from < floor(to)
+    };
+    let up = pairs.filter(is_up);
+    up.map(|(from, to)| (source.files[from].name.clone(), to))
+        .collect()
 }
 
 /// Printing, arguments, their parser and flags.
@@ -367,19 +385,16 @@ fn no_two_scripts_of_the_page_import_each_other_in_a_circle() {
 #[test]
 fn no_two_rooms_of_a_crate_use_each_other_in_a_circle() {
     assert_none(|_, source| {
-        let room = |file: usize| {
-            let name = &source.files[file].name;
-            let room = name.split("::").next().unwrap_or(name);
-            let is_it = |other: &reader::File| other.name == room;
-            source.files.iter().position(is_it).unwrap_or(file)
-        };
+        let all = (0..source.files.len()).map(|file| room_of(source, file));
+        let rooms: Vec<&str> = all.collect::<BTreeSet<_>>().into_iter().collect();
+        let place = |room: &str| rooms.iter().position(|known| *known == room);
         let mut uses: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
-        for (file, used) in source.imports() {
-            let from = room(file);
-            let to = used.into_iter().map(room).filter(|to| *to != from);
+        for (file, used) in rooms_used(source) {
+            let from = place(room_of(source, file)).expect("a room");
+            let to = used.iter().filter_map(|room| place(room));
             uses.entry(from).or_default().extend(to);
         }
-        let name = |file: &usize| source.files[*file].name.clone();
+        let name = |room: &usize| rooms[*room];
         let named = |circle: BTreeSet<usize>| circle.iter().map(name).collect::<Vec<_>>();
         let found = circles(&uses).into_iter().map(named);
         found.map(|names| names.join(", ")).collect()
@@ -390,6 +405,10 @@ fn no_two_rooms_of_a_crate_use_each_other_in_a_circle() {
 fn a_room_uses_only_those_below_it() {
     assert_none(|name, source| {
         let rooms = ROOMS.iter().find(|(known, _)| *known == name);
+        for room in rooms.into_iter().flat_map(|(_, rooms)| *rooms) {
+            let is_there = (0..source.files.len()).any(|file| room_of(source, file) == *room);
+            assert!(is_there, "{name} has no room {room}");
+        }
         let found = rooms.map(|(_, rooms)| upwards(rooms, source));
         let found = found.into_iter().flatten();
         found
@@ -430,9 +449,14 @@ fn an_arrow_between_rooms_is_found_through_a_re_export_and_only_where_it_goes_up
     };
     let high = "use crate::Low; pub struct High(Low);";
     assert_eq!(upwards(high, "pub struct Low;"), []);
-    let up = [("low::y".to_owned(), "high::x".to_owned())];
+    let up = [("low::y".to_owned(), "high".to_owned())];
     let low = "use crate::High; pub struct Low(High);";
     assert_eq!(upwards("pub struct High;", low), up);
+    // What is defined below is used from above all the same.
+    let low = "use crate::high; pub struct Low; fn low() { high::handed_on(); }";
+    assert_eq!(upwards("pub use crate::low::handed_on;", low), up);
+    let low = "pub struct Low; fn low(_: super::super::high::Low) {}";
+    assert_eq!(upwards("pub use crate::low::Low;", low), up);
 }
 
 #[test]

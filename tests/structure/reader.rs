@@ -138,6 +138,26 @@ impl Source {
         imports
     }
 
+    /// The rooms, modules at the top, that the paths of each file go through, wherever what they name is defined: a room that only hands
+    /// a name on is used too.
+    pub(crate) fn rooms_named(&self) -> BTreeMap<usize, BTreeSet<String>> {
+        let mut named: BTreeMap<usize, BTreeSet<String>> = BTreeMap::new();
+        for (at, module) in &self.modules {
+            for (file, path) in &module.uses {
+                let brought_in = module.names.get(&path[0]).into_iter().flatten();
+                let brought_in = brought_in.filter(|full| full.first() != path.first());
+                let whole = brought_in.map(|full| [full, &path[1..]].concat());
+                // A word alone may be a variable.
+                let itself = Some(path.clone()).filter(|path| path.len() > 1);
+                let rooms = whole.chain(itself).filter_map(|path| room(at, &path));
+                let rooms =
+                    rooms.filter(|room| self.modules.contains_key(std::slice::from_ref(room)));
+                named.entry(*file).or_default().extend(rooms);
+            }
+        }
+        named
+    }
+
     /// Paths as they would stand without any `use`.
     fn collect_paths(&mut self) {
         for module in self.modules.values() {
@@ -150,6 +170,18 @@ impl Source {
             }
         }
     }
+}
+
+/// The room that a path goes into, seen from a module.
+fn room(module: &[String], path: &[String]) -> Option<String> {
+    let ups = path.iter().take_while(|word| *word == "super").count();
+    let (at, rest) = match path.first()?.as_str() {
+        "crate" => (&[][..], &path[1..]),
+        "self" => (module, &path[1..]),
+        "super" => (&module[..module.len().checked_sub(ups)?], &path[ups..]),
+        _ => (module, path),
+    };
+    at.first().or(rest.first()).cloned()
 }
 
 /// Reads a crate from the folder that holds its `lib.rs` or `main.rs`.
