@@ -16,14 +16,7 @@ const COMMAND: &str = "host-cli";
 /// Crate, and its rooms from the ground up: a room uses only those before it.
 const ROOMS: &[(&str, &[&str])] = &[(
     "haptic-experiment",
-    &[
-        "run",
-        "judge",
-        "experiment",
-        "question",
-        "open",
-        "live",
-    ],
+    &["run", "judge", "experiment", "question", "open", "live"],
 )];
 
 /// Crates that may use any: the command, and the root package, whose library only re-exports.

@@ -2,7 +2,7 @@
 
 use super::error::{FileError, Source};
 use crate::Named;
-use crate::parameters::{Parameter, Range, Value, in_degrees, is_path};
+use crate::parameters::{Parameter, Range, Value, in_degrees};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_quantity::{did_you_mean, short};
@@ -245,7 +245,9 @@ impl<'a> Table<'a> {
     pub fn path(&self, parameter: &Parameter) -> Option<PathBuf> {
         let found = self.find(parameter.key)?;
         let text = found.value.as_str()?;
-        is_path(parameter.key, text).then(|| path_from(found.source, text))
+        parameter
+            .is_path(text)
+            .then(|| path_from(found.source, text))
     }
 
     /// The file that a key names: a path from the folder of its file, or a name as it is; none where the text is empty.
@@ -253,17 +255,18 @@ impl<'a> Table<'a> {
     /// # Errors
     /// Anything but a string.
     pub fn file(&self, parameter: &Parameter) -> Result<Option<PathBuf>, FileError> {
+        debug_assert!(parameter.may_be_path(), "{parameter} is declared as a text");
         let name = self.text(parameter)?;
         let file = || self.path(parameter).unwrap_or_else(|| name.into());
         Ok((!name.is_empty()).then(file))
     }
 
     /// The text of the file that a key of a log's document names, as the log has it; none where the key is given over it.
-    pub fn logged(&self, parameter: &Parameter, entry: &str) -> Option<&'a str> {
+    pub fn logged(&self, parameter: &Parameter) -> Option<&'a str> {
         let mut parts = self.parts.iter();
         let part = parts.find(|part| part.find(parameter.key).is_some());
         let source = part.or(self.parts.last())?.source;
-        source.logged?.get(entry).map(String::as_str)
+        source.logged?.get(parameter.in_log?).map(String::as_str)
     }
 
     /// True if the key is there.

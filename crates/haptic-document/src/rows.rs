@@ -8,7 +8,7 @@ use haptic_quantity::{WrittenUnit, in_five_digits, label, without_unit, written,
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-/// KeyTable of a report with their values, in order.
+/// Keys of a report with their values, in order.
 pub type Rows = Map<String, Value>;
 
 /// The rows of these objects, one after the other.

@@ -21,7 +21,7 @@ use crate::experiment;
 use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::{Experiment, Watched};
 use crate::experiment::press::{Press, PressRecord};
-use crate::experiment::reading::{DEVICE_FILES, device_text, piece, with_devices};
+use crate::experiment::reading::{device_text, piece, with_devices};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::{Published, Report};
@@ -31,12 +31,12 @@ use crate::run::schedule::Pace;
 use crate::run::tick::KeptSample;
 use haptic_document::Failure;
 use haptic_document::Table;
-use haptic_document::parameters::{CONTROLLER, DEVICE, FILES, FORCE_UNSTABLE, Parameter, Value};
+use haptic_document::parameters::{
+    CONTROLLER, DEVICE, DEVICE_MODEL, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, Parameter, Value,
+};
 use haptic_document::{Document, FileError, IN_LOG, choice, line, parameters as p};
 use haptic_log::record::{TickMessage, add_verdict};
-use parameters::{
-    AT_A_DEVICE, DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device,
-};
+use parameters::{AT_A_DEVICE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -320,9 +320,9 @@ impl DocumentOfKind for Document {
                     keep(parameter.key, value);
                 }
             }
-            for file in DEVICE_FILES {
-                if let Some(text) = device_text(&table, file)? {
-                    keep(file.in_log, text);
+            for file in [DEVICE_MODEL, DRIVE_DEVICE_MODEL] {
+                if let (Some(entry), Some(text)) = (file.in_log, device_text(&table, &file)?) {
+                    keep(entry, text);
                 }
             }
         }
@@ -340,9 +340,9 @@ impl DocumentOfKind for Document {
         let then = read(self).ok().filter(|_| !self.logged().is_empty())?;
         // Of files that cannot be read any more there is nothing.
         let today = read(&today).unwrap_or_default();
-        let mut files = FILES.into_iter();
-        let (key, _) = files
-            .find(|(_, entry)| entry.is_some_and(|entry| then.get(entry) != today.get(entry)))?;
+        let mut known = [self.kind().ok()?, DRIVE_TABLE].into_iter().flat_map(known);
+        let changed = |entry| then.get(entry) != today.get(entry);
+        let Parameter { key, .. } = known.find(|known| known.in_log.is_some_and(changed))?;
         Some(format!(
             "the file of {key} has changed since the log was made: the run takes it from the log; give {key} for today's"
         ))
@@ -352,7 +352,7 @@ impl DocumentOfKind for Document {
 /// The piece of the tissue that a document names; `None` where it names none.
 ///
 /// # Errors
-/// KeyTable that say nothing of a piece, a tissue that there is not, sizes that its loading does not
+/// Keys that say nothing of a piece, a tissue that there is not, sizes that its loading does not
 /// have.
 pub fn pressed(document: &Document) -> Result<Option<TissuePiece>, FileError> {
     let parsed = document.parse()?;

@@ -13,6 +13,7 @@ use fractional_control::{
     SetPoint,
 };
 use haptic_document::Failure;
+use haptic_document::parameters::Paths;
 use haptic_document::parameters::range::{
     DAMPINGS, DEAD_TIMES, DEVICE_TIMES, DURATIONS, MASSES, NUMBERS, SAMPLE_TIMES, STIFFNESSES,
 };
@@ -32,7 +33,7 @@ form! {
     LOOP_LAG = current_lag_s: optional(DEVICE_TIMES, "Time constant of the actuator's current");
     FURTHER_DELAY = delay_s: optional(DEAD_TIMES, "Dead time, in addition to the plant's");
     "Controller"
-    LOOP_CONTROLLER = controller: text("", "Controller file (.toml), or notation, as in 2+3/s^0.9+0.1s^0.5");
+    LOOP_CONTROLLER = controller: file("", Paths::Toml, None, "Controller file (.toml), or notation, as in 2+3/s^0.9+0.1s^0.5");
     CONTROLLER_TIME = sample_time_s: optional(SAMPLE_TIMES, "Sample time [default: from the controller file]");
     LOOP_SCHEME = scheme: text("", "Scheme: full or full-bdf2, each with :TOLERANCE [default: from the controller file, else full-bdf2]");
     COMMAND_LIMITS = output_limits: text("", "Limits of the command, as in -10:10 [default: from the controller file, else none]");

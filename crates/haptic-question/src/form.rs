@@ -44,6 +44,7 @@ pub(crate) fn check(parameter: Parameter, number: Option<f64>) -> Result<(), Fai
 macro_rules! form {
     (@type flag) => { bool };
     (@type text) => { $crate::form::Text };
+    (@type file) => { $crate::form::Text };
     (@type count) => { Option<u64> };
     (@type $number:ident) => { Option<f64> };
     (@number optional $value:expr) => { $value };

@@ -12,7 +12,7 @@ use haptic_document::{Document, short};
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::{
-    AT_A_DEVICE, DRIVE_TABLE, KINDS, Parameter, QUESTIONS, Value as Kind, choices, is_path, of_kind,
+    AT_A_DEVICE, DRIVE_TABLE, KINDS, Parameter, QUESTIONS, Value as Kind, choices, of_kind,
 };
 use haptic_quantity::{doubt, kind_of_key, parse_for_key, without_unit};
 use haptic_trial::DeviceModel;
@@ -130,7 +130,7 @@ fn argument(parameter: &'static Parameter) -> Arg {
         Kind::Number(..) => kind_of_key(parameter.key),
         Kind::Count(_) => "COUNT",
         Kind::List(_) => "LIST",
-        Kind::Text(_) if is_path(parameter.key, "x.toml") => "FILE.toml",
+        Kind::Text(_) if parameter.is_path("x.toml") => "FILE.toml",
         Kind::Text(_) | Kind::Flag(_) => "NAME",
     })
 }

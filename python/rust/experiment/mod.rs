@@ -10,7 +10,7 @@ use crate::json::number_for;
 use crate::refused::{OrRefused as _, refused, unread};
 use haptic_document::Document;
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::{Value, is_path, of_kind};
+use haptic_experiment::parameters::{Value, of_kind};
 use haptic_quantity::is_meant;
 use pyo3::PyErr;
 use pyo3::exceptions::{PyFileNotFoundError, PyRuntimeError};
@@ -67,7 +67,8 @@ pub(crate) fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<D
             meant.is_some_and(|known| matches!(known.value, Value::Number(..) | Value::List(_)));
         let numbers = is_number.then(|| written == key);
         let value = toml_value(key, &value, numbers)?;
-        let file = value.as_str().filter(|text| is_path(key, text));
+        let names = |text: &&str| meant.is_some_and(|known| known.is_path(text));
+        let file = value.as_str().filter(names);
         if let Some(missing) = file.filter(|file| !Path::new(file).exists()) {
             let missing = format!("{key} = \"{missing}\": there is no such file or folder");
             return Err(PyFileNotFoundError::new_err(missing));

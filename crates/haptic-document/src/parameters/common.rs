@@ -1,9 +1,9 @@
-//! KeyTable that several kinds share, or that a room below the kinds names.
+//! Keys that several kinds share, or that a room below the kinds names.
 
 use super::range::Range;
 use crate::named;
 use crate::parameters;
-use crate::parameters::kind::Parameter;
+use crate::parameters::kind::{Parameter, Paths};
 use crate::parameters::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
     FORCES_ABOVE_0, HALF_ANGLES, MASSES, OFFSETS, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS,
@@ -11,6 +11,15 @@ use crate::parameters::range::{
 };
 use haptic_link::{Architecture, Limits as Wire, LoopMode};
 use haptic_loop::{Limit, LoadingKind};
+
+/// Files that a document names, as a log of its run has them.
+pub const TISSUE_IN_LOG: &str = "tissue_file";
+/// The controller of a drive.
+pub const CONTROLLER_IN_LOG: &str = "drive.file";
+/// Parameters of the device.
+pub const DEVICE_IN_LOG: &str = "device_model.file";
+/// Parameters of the device of a drive.
+pub const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
 
 parameters! {
     /// `k_c` of a coupler, N·s/m.
@@ -25,9 +34,9 @@ parameters! {
     /// `b_c` of a coupler, N·s^μ/m.
     HAND_COUPLER_DISSIPATION = number("coupler_dissipation_n_s_mu_per_m", 10.0, "10", DISSIPATIONS,
         "Damper of that coupler, N·s^μ/m: at order 1 N·s/m");
-    TISSUE = text("tissue", "prostate-cancerous", "Tissue: a name from `host-cli materials list`, or a TOML file");
-    LIBRARY = text("library", "", "Folder with more tissue files");
-    AGAINST = text("against", "", "Measured record, a table or a log, laid over the run");
+    TISSUE = file("tissue", "prostate-cancerous", Paths::Toml, Some(TISSUE_IN_LOG), "Tissue: a name from `host-cli materials list`, or a TOML file");
+    LIBRARY = file("library", "", Paths::All, None, "Folder with more tissue files");
+    AGAINST = file("against", "", Paths::All, None, "Measured record, a table or a log, laid over the run");
     /// Area of the specimen, m².
     AREA = number("area_m2", 4e-4, "4cm2", SPECIMENS, "Area of the specimen");
     /// Thickness of the specimen, m.
@@ -51,11 +60,11 @@ parameters! {
     /// Force limit of a rendered tissue, N.
     FORCE_LIMIT = number("force_limit_n", Limit::Force.default_number(), "10N", FORCE_LIMITS, "Largest force the loop may command");
     /// A plant that is analysed in place of a device.
-    PLANT_MODEL = text("plant_model", "", "Plant file with [state_space] in place of a device, from force in N to measured position in m; its delay adds to the one given");
-    CONTROLLER = text("controller", "", "Controller file of the indenter, which is then a mass");
+    PLANT_MODEL = file("plant_model", "", Paths::All, None, "Plant file with [state_space] in place of a device, from force in N to measured position in m; its delay adds to the one given");
+    CONTROLLER = file("controller", "", Paths::All, Some(CONTROLLER_IN_LOG), "Controller file of the indenter, which is then a mass");
     /// Device of a drive at a port.
     DRIVE_DEVICE = text("drive_device", "", "Second device, which the controller moves: it presses the tissue that the other one renders");
-    DRIVE_DEVICE_MODEL = text("drive_device_model", "", "Its device file from `device measure`");
+    DRIVE_DEVICE_MODEL = file("drive_device_model", "", Paths::AllBut(LABORATORY), Some(DRIVE_DEVICE_IN_LOG), "Its device file from `device measure`");
     DRIVE_LOOP = text("drive_loop", "device", "Where the loop of the second device runs");
     /// Rate limit of a rendered tissue, N/s.
     FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", Limit::ForceRate.default_number(), "1000N/s", FORCE_RATES, "Largest rate of change of the force");
@@ -119,12 +128,12 @@ parameters! {
          let go [default: 10]");
     /// Source of the push of a trial.
     PUSH_BY = text("push_by", "hand", "Source of the push into the wall");
-    LAW = text("law", "", "File of the law, with [wall] or a table of these keys, in place of them");
-    OTHER_LAW = text("other", "", "File of another law to compare with, with [wall] or a table of these keys");
+    LAW = file("law", "", Paths::All, None, "File of the law, with [wall] or a table of these keys, in place of them");
+    OTHER_LAW = file("other", "", Paths::All, None, "File of another law to compare with, with [wall] or a table of these keys");
     /// File of what a search has found.
-    CAMPAIGN = text("campaign", "",
+    CAMPAIGN = file("campaign", "", Paths::All, None,
         "File that keeps each point found on a serial device, and from which a search that was stopped goes on");
-    DEVICE_MODEL = text("device_model", "",
+    DEVICE_MODEL = file("device_model", "", Paths::AllBut(LABORATORY), Some(DEVICE_IN_LOG),
         "Device file from `device measure`; on a rig only the guard uses it");
 }
 

@@ -3,7 +3,7 @@
 use super::common::{
     CURRENT_LAG, DAMPING, DELAY, ENCODER_RESOLUTION, FRICTION, HAND_STIFFNESS, MASS, SENSOR_NOISE,
 };
-use super::kind::Parameter;
+use super::kind::{Parameter, Paths};
 use super::range::{
     ANGULAR_FREQUENCIES, DEAD_TIMES, DURATIONS, MEMORIES, NUMBERS, RATIOS, Range, SAMPLE_TIMES,
 };
@@ -67,7 +67,7 @@ parameters! {
     STATE_B_HAND = list("b_hand", NUMBERS, "B of the force of a hand, in N [default: b]");
     STATE_C_HAND = list("c_hand", NUMBERS, "C of the place of the hand, in m [default: c]");
     /// Table of a measured response.
-    RESPONSE_FILE = text("file", "", "CSV with omega_rad_s and gain, phase_deg or real, imaginary");
+    RESPONSE_FILE = file("file", "", Paths::All, None, "CSV with omega_rad_s and gain, phase_deg or real, imaginary");
     /// Dead time of a plant.
     DEAD_TIME = number("delay_s", 0.0, "0", DEAD_TIMES, "Dead time");
 }

@@ -5,6 +5,7 @@ use fracdiff::parameter::Shown;
 use haptic_loop::Limit;
 use haptic_quantity::{Key, WrittenUnit};
 use std::fmt;
+use std::path::Path;
 
 /// The kind of value that a parameter takes, and its default.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,19 @@ pub enum Value {
     List(Range),
 }
 
+/// Texts of a parameter that are paths to a file or a folder of files; any other is a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Paths {
+    /// No text is a path.
+    None,
+    /// Those that end in `.toml`.
+    Toml,
+    /// All but this one.
+    AllBut(&'static str),
+    /// Any text that is not empty is a path.
+    All,
+}
+
 /// A parameter of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
@@ -32,6 +46,9 @@ pub struct Parameter {
     pub shown: &'static str,
     /// One line for people, the same in `--help`, the reference and the page.
     pub help: &'static str,
+    paths: Paths,
+    /// Entry of a log with the text of the file.
+    pub in_log: Option<&'static str>,
 }
 
 impl Parameter {
@@ -41,6 +58,8 @@ impl Parameter {
             value,
             shown,
             help,
+            paths: Paths::None,
+            in_log: None,
         }
     }
 
@@ -68,6 +87,21 @@ impl Parameter {
     /// A text with a default.
     pub const fn text(key: &'static str, default: &'static str, help: &'static str) -> Self {
         Self::new(key, Value::Text(default), default, help)
+    }
+
+    /// A text that names a file or a folder of files: its path is from the folder of the document.
+    pub const fn file(
+        key: &'static str,
+        default: &'static str,
+        paths: Paths,
+        in_log: Option<&'static str>,
+        help: &'static str,
+    ) -> Self {
+        Self {
+            paths,
+            in_log,
+            ..Self::text(key, default, help)
+        }
     }
 
     /// A whole number with a default.
@@ -103,12 +137,33 @@ impl Parameter {
             Value::Text(_) => Value::Text(""),
             Value::Count(_) | Value::Flag(_) | Value::List(_) => self.value,
         };
-        Self::new(self.key, value, "", self.help)
+        Self {
+            value,
+            shown: "",
+            ..self
+        }
     }
 
     /// One that is off unless it is given.
     pub const fn flag(key: &'static str, help: &'static str) -> Self {
         Self::new(key, Value::Flag(false), "", help)
+    }
+
+    /// True if some text of it is a path.
+    #[must_use]
+    pub fn may_be_path(&self) -> bool {
+        self.paths != Paths::None
+    }
+
+    /// True if it names a file or a folder of files, and this text of it is no other name.
+    #[must_use]
+    pub fn is_path(&self, text: &str) -> bool {
+        match self.paths {
+            Paths::None => false,
+            Paths::Toml => Path::new(text).extension().is_some_and(|e| e == "toml"),
+            Paths::AllBut(name) => !text.is_empty() && text != name,
+            Paths::All => !text.is_empty(),
+        }
     }
 
     /// A number outside the range, with the range, its unit and the remedy; an omitted number passes.

@@ -13,7 +13,7 @@ mod second;
 #[cfg(test)]
 mod tests;
 
-use crate::experiment::reading::{DEVICE_FILES, device_model_by, without};
+use crate::experiment::reading::{device_model_by, without};
 use crate::judge::modelled_tissue::Sampled;
 use crate::run::advice::single;
 use crate::run::device::DeviceName;
@@ -30,8 +30,7 @@ use haptic_document::parameters;
 use haptic_document::parameters::Parameter;
 use haptic_document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
 use haptic_document::parameters::{
-    CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP,
-    SAMPLE_TIME,
+    CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
 };
 use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_log::record::TickMessage;
@@ -85,7 +84,7 @@ pub(crate) fn drive(
     table.required_text(&CONTROLLER)?;
     let path = table.file(&CONTROLLER)?.unwrap_or_default();
     let moved = if table.has(&DRIVE_DEVICE) {
-        device_model_by(table, DEVICE_FILES[1])?
+        device_model_by(table, &DRIVE_DEVICE_MODEL)?
     } else {
         model
     };
@@ -99,7 +98,7 @@ pub(crate) fn drive(
             let [peak, friction] = [peak_n, friction_n].map(|force| written("force_n", force));
             format!("four times the predicted peak of {peak}, twice the friction of {friction}")
         }),
-        controller: match table.logged(&CONTROLLER, CONTROLLER_IN_LOG) {
+        controller: match table.logged(&CONTROLLER) {
             Some(text) => ControllerFile::parse(&path, text)?,
             None => ControllerFile::read(&path)?,
         },
@@ -135,7 +134,7 @@ pub(crate) fn second_device(
             DEVICE.set_to(&tissue.name)
         )));
     }
-    let model = device_model_by(table, DEVICE_FILES[1])?;
+    let model = device_model_by(table, &DRIVE_DEVICE_MODEL)?;
     Ok(Some(DriveDevice {
         remote: RemoteDevice {
             name,

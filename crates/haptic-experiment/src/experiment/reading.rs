@@ -1,4 +1,4 @@
-//! KeyTable of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
+//! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
 
 use super::kind::Conduct;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
@@ -7,9 +7,7 @@ use crate::run::remote::{RemoteDevice, device_name};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_document::parameters as p;
-use haptic_document::parameters::{
-    DEVICE, DEVICE_IN_LOG, DRIVE_DEVICE_IN_LOG, Parameter, SENSOR_NOISE, TISSUE_IN_LOG,
-};
+use haptic_document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
 use haptic_document::{FileError, text_of};
 use haptic_document::{Interval, Table};
 use haptic_link::Limits;
@@ -173,7 +171,7 @@ pub(crate) fn scheme(
 
 /// The table with the values of its device files below the keys of the layers that name them.
 pub(crate) fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
-    let logged = table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG);
+    let logged = table.logged(&p::DEVICE_MODEL);
     table.with_named(&p::DEVICE_MODEL, |path| {
         let model = device_at(path, logged)?;
         let numbers = (model.values.named()).map(|(parameter, value)| (parameter.key, value));
@@ -201,34 +199,15 @@ fn device_at(path: &Path, logged: Option<&str>) -> Result<DeviceModel, FileError
     )
 }
 
-/// A parameter that names the file of a device, and where a log has its text.
-#[derive(Clone, Copy)]
-pub(crate) struct DeviceFile {
-    pub parameter: Parameter,
-    pub in_log: &'static str,
-}
-
-/// Of the device of an experiment, and of its drive.
-pub(crate) const DEVICE_FILES: [DeviceFile; 2] = [
-    DeviceFile {
-        parameter: p::DEVICE_MODEL,
-        in_log: DEVICE_IN_LOG,
-    },
-    DeviceFile {
-        parameter: p::DRIVE_DEVICE_MODEL,
-        in_log: DRIVE_DEVICE_IN_LOG,
-    },
-];
-
 /// The text of a device file for the log of a run, if one is named that is not ours.
 pub(crate) fn device_text(
     table: &Table<'_>,
-    file: DeviceFile,
+    file: &Parameter,
 ) -> Result<Option<String>, FileError> {
-    let logged = table.logged(&file.parameter, file.in_log);
+    let logged = table.logged(file);
     let text =
         |path: PathBuf| logged.map_or_else(|| text_of(&path, "device"), |text| Ok(text.to_owned()));
-    let path = table.file(&file.parameter)?;
+    let path = table.file(file)?;
     path.filter(|path| path != Path::new(p::LABORATORY))
         .map(text)
         .transpose()
@@ -236,20 +215,18 @@ pub(crate) fn device_text(
 
 /// The device file, if one is named.
 pub(crate) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
-    let [this, _] = DEVICE_FILES;
-    device_model_by(table, this)
+    device_model_by(table, &p::DEVICE_MODEL)
 }
 
 /// The device file that this parameter names.
 pub(crate) fn device_model_by(
     table: &Table<'_>,
-    file: DeviceFile,
+    file: &Parameter,
 ) -> Result<Option<DeviceModel>, FileError> {
     let read = |path: PathBuf| {
-        device_at(&path, table.logged(&file.parameter, file.in_log))
-            .map_err(|error| table.fail_at(file.parameter.key, error))
+        device_at(&path, table.logged(file)).map_err(|error| table.fail_at(file.key, error))
     };
-    table.file(&file.parameter)?.map(read).transpose()
+    table.file(file)?.map(read).transpose()
 }
 
 /// The simulated device and its sensors.
@@ -278,7 +255,7 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
         Library::load(folder.as_deref()).map_err(|error| table.fail_at("library", error))?;
     let tissue = table.file(&p::TISSUE)?.unwrap_or_default();
     let wrong = |error: String| table.fail_at("tissue", error);
-    let logged = table.logged(&p::TISSUE, TISSUE_IN_LOG);
+    let logged = table.logged(&p::TISSUE);
     let material = match logged.filter(|_| !table.is_given(&p::LIBRARY)) {
         Some(text) => Material::parse(&tissue, text),
         None => library.find(&tissue.to_string_lossy()),

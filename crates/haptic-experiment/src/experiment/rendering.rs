@@ -1,4 +1,4 @@
-//! KeyTable of relaxation and creep: the load, the operator that renders the tissue, and the rig it is rendered on.
+//! Keys of relaxation and creep: the load, the operator that renders the tissue, and the rig it is rendered on.
 
 use haptic_document::named;
 use haptic_document::parameters as p;

@@ -59,7 +59,7 @@ use std::time::Duration;
 const KIND: &str = "session";
 /// Its table in a document: keys of a wall, its device, its safety chain.
 const TABLE: &str = "wall";
-/// KeyTable of a wall that is to be felt; all others are the session's.
+/// Keys of a wall that is to be felt; all others are the session's.
 const WALL_KEYS: [&str; 5] = [
     ORDER.key,
     STIFFNESS.key,

@@ -153,10 +153,16 @@ mod tests {
 
     /// An end that is none of `haptic-quantity` would make `power_limit=50%` half a watt.
     fn has_a_known_unit(key: &str) -> bool {
-        const UNITS: &str =
-            "a c g h hz j k kg l m mn mol mm ms n nm pa per percent rad rpm s us v w";
+        const UNITS: &str = "a bar bit bits byte c cd deg degrees f g gf h hz j k kgf l lx m min mol n oct ohm pa per percent ppm rad \
+                             rev rpm s t turns v w wb";
+        let is_unit = |word: &str| UNITS.split(' ').any(|unit| unit == word);
+        // With a prefix too: ms, khz, mpa.
+        let shortened = |word: &str| {
+            word.strip_prefix(['m', 'k', 'u', 'n', 'g', 'c'])
+                .map(is_unit)
+        };
         let mut words = without_unit(key).split('_').skip(1);
-        words.all(|word| UNITS.split(' ').all(|unit| word != unit))
+        words.all(|word| !is_unit(word) && shortened(word) != Some(true))
     }
 
     /// As a person reads it.
@@ -171,6 +177,8 @@ mod tests {
      {
         let unknown = [
             "power_limit_w",
+            "power_limit_kw",
+            "rate_khz",
             "torque_n_m",
             "drift_pa_per_h",
             "tilt_percent",
@@ -214,6 +222,20 @@ mod tests {
             }
         }
         assert!(texts > 5 && numbers > 50, "{texts} {numbers}");
+        let of_files = ["controller", "plant", "experiment"].map(tables).concat();
+        let of_forms = [RECORD, PLANT_RECORD, CONTROL_DESIGN, CONTROL_LOOP].concat();
+        for parameter in of_files
+            .iter()
+            .chain(&of_forms)
+            .flat_map(|(_, table)| *table)
+        {
+            let is_text = matches!(parameter.value, Value::Text(_));
+            assert!(
+                is_text || has_a_known_unit(parameter.key),
+                "{}",
+                parameter.key
+            );
+        }
         for limit in Limit::ALL {
             assert!(has_a_known_unit(limit.key()), "{}", limit.key());
             if let Some((_, shown)) = limit.help().split_once(" [default: ")

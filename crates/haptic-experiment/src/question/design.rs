@@ -52,7 +52,7 @@ use haptic_document::named;
 use haptic_document::parameters;
 use haptic_document::parameters::range::Range;
 use haptic_document::parameters::{DEVICE_MODEL, ENCODER_RESOLUTION, SCHEME, UNNAMED_PIECE, range};
-use haptic_document::parameters::{Parameter, joined};
+use haptic_document::parameters::{Parameter, Paths, joined};
 use haptic_loop::plant::MassDamper;
 use haptic_quantity::{digits, in_five_digits};
 use haptic_tissue::Model;
@@ -60,7 +60,7 @@ use serde::Serialize;
 
 parameters! {
     WISH = text("wish", "stiffest-wall", "What to optimise");
-    WISH_TISSUE = text("tissue", "", "Tissue for that wish: a name from `host-cli materials list`, or a TOML file");
+    WISH_TISSUE = file("tissue", "", Paths::Toml, None, "Tissue for that wish: a name from `host-cli materials list`, or a TOML file");
     /// Frequency of a design, Hz.
     WISH_FREQUENCY = optional("frequency_hz", range::FREQUENCIES_HZ,
         "Frequency for most-damping, and to compare walls of a front or the orders of a tissue or coupler [default there: 1 Hz]");

@@ -3,7 +3,7 @@
 use haptic_document::Document;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::{
-    self, KINDS, Parameter, QUESTIONS, Value as Default, choices, is_path,
+    self, KINDS, Parameter, QUESTIONS, Value as Default, choices, of_kind,
 };
 use haptic_loop::LoadingKind;
 use haptic_quantity::{label, short};
@@ -22,13 +22,16 @@ pub(crate) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
             kinds.join(", ")
         )));
     }
-    let mut document = Document::new(kind);
+    let (mut document, tables) = (Document::new(kind), of_kind(kind));
     // Null and an empty field of a form are the default.
     let given = parameters
         .iter()
         .filter(|(_, value)| !value.is_null() && **value != "");
     for (key, value) in given {
-        if let Some(path) = value.as_str().filter(|path| is_path(key, path)) {
+        let mut known = tables.iter().flat_map(|(_, table)| *table);
+        let known = known.find(|known| known.key == key);
+        let names = |path: &&str| known.is_some_and(|known| known.is_path(path));
+        if let Some(path) = value.as_str().filter(names) {
             check_regular(key, Path::new(path))?;
         }
         let value = toml::Value::try_from(value).map_err(|_| {
@@ -96,6 +99,7 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
         value,
         shown,
         help,
+        ..
     } = given;
     let suggested = SUGGESTED
         .iter()

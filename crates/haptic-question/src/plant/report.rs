@@ -220,7 +220,7 @@ fn reading(found: &Identified, record: &InputOutput) -> Option<String> {
     })
 }
 
-/// KeyTable that help a function to fit.
+/// Keys that help a function to fit.
 pub fn remedies() -> String {
     format!("give {KNOWN_DELAY}, {FIRST_ROW} or {MODEL}")
 }

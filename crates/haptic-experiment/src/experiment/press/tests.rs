@@ -247,7 +247,7 @@ fn a_zero_that_moves_is_taken_off_or_refused() {
     rubs.check_zero().expect("a friction of 0.4 N");
 }
 
-/// KeyTable that are refused before any force, and what is said.
+/// Keys that are refused before any force, and what is said.
 const REFUSED: &str = "
     protocol = \"dance\" | protocol
     depth_m = 0 | depth_m = 0 is not above 0

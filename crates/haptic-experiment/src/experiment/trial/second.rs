@@ -19,7 +19,7 @@ use crate::experiment::drive::{
     CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT, DriveSamples, second_device,
 };
 use crate::experiment::kind::Conduct;
-use crate::experiment::reading::{DEVICE_FILES, device_model_by};
+use crate::experiment::reading::device_model_by;
 use crate::run::advice::parameter;
 use crate::run::ending::{Ending, MotorPush};
 use crate::run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
@@ -112,7 +112,7 @@ pub(super) fn second(
         );
         return Err(table.fail_at(key, reason));
     }
-    let model = device_model_by(table, DEVICE_FILES[1])?;
+    let model = device_model_by(table, &p::DRIVE_DEVICE_MODEL)?;
     Ok(SecondDevice {
         device: built(model.as_ref(), first),
         contact: FacingContact {

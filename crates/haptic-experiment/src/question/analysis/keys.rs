@@ -1,4 +1,4 @@
-//! KeyTable of analyses.
+//! Keys of analyses.
 
 use crate::experiment::teleoperation::{
     ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
@@ -15,11 +15,11 @@ use haptic_document::parameters::{
     HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, LAW, LIBRARY, MASS,
     OTHER_LAW, PLANT_MODEL, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
 };
-use haptic_document::parameters::{Parameter, joined};
+use haptic_document::parameters::{Parameter, Paths, joined};
 
 parameters! {
-    ANALYSED_TISSUE = text("tissue", "", "Tissue in place of a wall: a name from `host-cli materials list`, or a TOML file");
-    ANALYSED_CONTROLLER = text("controller", "", "Controller file in place of a wall, from position in m to force in N: judged while its reference stands and within its limits, so set-point weights, limits and anti-windup do not count");
+    ANALYSED_TISSUE = file("tissue", "", Paths::Toml, None, "Tissue in place of a wall: a name from `host-cli materials list`, or a TOML file");
+    ANALYSED_CONTROLLER = file("controller", "", Paths::All, None, "Controller file in place of a wall, from position in m to force in N: judged while its reference stands and within its limits, so set-point weights, limits and anti-windup do not count");
     /// Depth of a tissue whose force is not linear, m.
     JUDGED_DEPTH = optional("depth_m", REACHES_ABOVE_0, "Depth at which a tissue that stiffens, or that a sphere or cone presses, is judged");
     ANALYSED_SCHEME = text("scheme", "exact", SCHEME.help);
@@ -88,9 +88,9 @@ const OMEGAS: KeyTable = ("Frequencies", &[OMEGA_MIN, OMEGA_MAX, POINTS]);
 
 const ON_PLANT: KeyTable = ("Plant in place of a device", &[PLANT_MODEL]);
 
-/// KeyTable of an analysis of a wall on a device, or on any linear plant.
+/// Keys of an analysis of a wall on a device, or on any linear plant.
 pub const STABILITY: &[KeyTable] = &[WALL, IN_PLACE, ON_DEVICE, ON_PLANT, WITHOUT_UNITS];
-/// KeyTable of a wall whose sensitivity is drawn.
+/// Keys of a wall whose sensitivity is drawn.
 pub const SENSITIVITY: &[KeyTable] = &[
     WALL,
     IN_PLACE,
@@ -99,13 +99,13 @@ pub const SENSITIVITY: &[KeyTable] = &[
     WITHOUT_UNITS,
     ("Frequencies", &[SENSITIVITY_POINTS]),
 ];
-/// KeyTable of the impedance of a wall alone.
+/// Keys of the impedance of a wall alone.
 pub const ENVIRONMENT: &[KeyTable] = &[WALL, IN_PLACE, OMEGAS];
-/// KeyTable of the impedance of a wall behind a device or a plant.
+/// Keys of the impedance of a wall behind a device or a plant.
 pub const TRANSPARENCY: &[KeyTable] = &[WALL, IN_PLACE, THROUGH_DEVICE, ON_PLANT, OMEGAS];
-/// KeyTable of a law that a hand feels through a device.
+/// Keys of a law that a hand feels through a device.
 pub(super) const OF_A_LAW: &[KeyTable] = &[WALL, IN_PLACE, THROUGH_DEVICE];
-/// KeyTable of the difference of two laws.
+/// Keys of the difference of two laws.
 pub const DIFFERENCE: &[KeyTable] = &[
     ("Laws", &[LAW, OTHER_LAW]),
     WALL,
@@ -123,7 +123,7 @@ pub const DIFFERENCE: &[KeyTable] = &[
         ],
     ),
 ];
-/// KeyTable of the passivity of a coupler.
+/// Keys of the passivity of a coupler.
 pub const COUPLING: &[KeyTable] = &[(
     "Coupler",
     &[
@@ -135,7 +135,7 @@ pub const COUPLING: &[KeyTable] = &[(
         ANALYSED_DAMPING,
     ],
 )];
-/// KeyTable of a teleoperation: two hands over a line.
+/// Keys of a teleoperation: two hands over a line.
 #[rustfmt::skip]
 pub const HANDS: &[KeyTable] = &[
     ("Line", &[

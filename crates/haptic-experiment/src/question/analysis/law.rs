@@ -241,7 +241,7 @@ pub(crate) fn controller(
     Ok(controller)
 }
 
-/// KeyTable of a wall that another law has itself.
+/// Keys of a wall that another law has itself.
 const OF_WALL: &[&Parameter] = &[&STIFFNESS, &DISSIPATION, &ORDER];
 
 /// Refuses keys of which a law in place of a wall has its own, or for which it has no use.

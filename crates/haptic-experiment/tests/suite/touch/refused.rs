@@ -5,7 +5,7 @@ use haptic_experiment::ExperimentFile;
 use std::path::Path;
 use testkit::{Folder, assert_refused};
 
-/// KeyTable of `[touch]`, and a part of what is said of them.
+/// Keys of `[touch]`, and a part of what is said of them.
 const WRONG: &str = r#"
     axes = 4 | 2: axes = 4 is not 2 or 3
     axes = 1 | one axis is a [wall]
