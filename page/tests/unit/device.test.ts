@@ -59,10 +59,12 @@ test("another operator is shown at once", () => {
 
 test("the wall of the file that the server was given is that of Design, unless the address has another", () => {
   const wall = { order: 1.2, stiffness_n_per_m: 2600, dissipation_n_s_mu_per_m: 0.5 };
-  const opens = { ...FELT, ...wall, environment: { wall }, scheme: "full", delay_s: 1e-3 };
+  const device = { sample_time_s: 5e-4, mass_kg: 0.2, damping_n_s_per_m: 0.7, delay_s: 1e-3, current_lag_s: 2e-3, sensor_noise_m: 3e-6 };
+  const opens = { ...FELT, ...wall, ...device, environment: { wall }, scheme: "full" };
   const greeting = { ...hello, opens } as Hello;
   const { design } = reduce(START, { do: "hello", hello: greeting });
-  assert.deepEqual([design.mu, design.K, design.B, design.delay, design.operator], [1.2, 2600, 0.5, 1e-3, "exact"]);
+  assert.deepEqual([design.mu, design.K, design.B, design.operator], [1.2, 2600, 0.5, "exact"]);
+  assert.deepEqual([design.T, design.m, design.b, design.delay, design.lag, design.noise], [5e-4, 0.2, 0.7, 1e-3, 2e-3, 3e-6]);
   const addressed = reduce(START, { do: "address", fragment: "#design?K=5000" });
   assert.equal(reduce(addressed, { do: "hello", hello: greeting }).design.K, 5000);
 });
