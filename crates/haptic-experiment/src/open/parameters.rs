@@ -153,7 +153,7 @@ mod tests {
 
     /// An end that is none of `haptic-quantity` would make `power_limit=50%` half a watt.
     fn has_a_known_unit(key: &str) -> bool {
-        const UNITS: &str = "a bar bit bits byte c cd deg degrees f g gf h hz j k kgf l lx m min mol n oct ohm pa per percent ppm rad \
+        const UNITS: &str = "a bar bit bits byte c cd deg degrees f g gf h hz j k kgf l lx m mol n oct ohm pa per percent ppm rad \
                              rev rpm s t turns v w wb";
         let is_unit = |word: &str| UNITS.split(' ').any(|unit| unit == word);
         // With a prefix too: ms, khz, mpa.

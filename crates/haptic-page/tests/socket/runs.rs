@@ -186,7 +186,7 @@ fn only_regular_files_are_opened_for_a_page() {
     assert!(made.expect("runs").success());
     for (kind, key, path) in [
         ("relax", "tissue", pipe.as_path()),
-        ("relax", "controller", pipe.as_path()),
+        ("design", "controller", pipe.as_path()),
         ("wall", "device_model", std::path::Path::new("/dev/zero")),
         ("relax", "library", runs.path()),
     ] {
