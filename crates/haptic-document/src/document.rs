@@ -180,7 +180,7 @@ impl Document {
         (text, wording)
     }
 
-    /// KeyTable of the values that were given.
+    /// Keys of the values that were given.
     pub fn given(&self) -> impl Iterator<Item = &str> {
         self.given.iter().map(|given| given.key.as_str())
     }

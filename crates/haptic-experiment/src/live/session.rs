@@ -110,7 +110,7 @@ impl Drop for Claim {
 /// Parameters of a session.
 #[derive(Clone, Debug)]
 pub struct SessionOptions {
-    /// KeyTable of a `[wall]` but those of the law: the device and its loop, and the safety chain.
+    /// Keys of a `[wall]` but those of the law: the device and its loop, and the safety chain.
     pub document: Document,
     /// The log, which must not be there yet.
     pub log: PathBuf,

@@ -355,7 +355,7 @@ pub struct Candidate {
     pub reason: Option<String>,
 }
 
-/// The best candidate on a realistic device. KeyTable of the report.
+/// The best candidate on a realistic device. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct RealisticTrial {
     #[serde(flatten)]
@@ -369,7 +369,7 @@ pub(crate) struct RealisticTrial {
     pub simulated: Settling,
 }
 
-/// The best wall without a limit on its noise that nobody asked for. KeyTable of the report.
+/// The best wall without a limit on its noise that nobody asked for. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Noisier {
     pub order: f64,

@@ -56,7 +56,7 @@ pub(crate) const NO_ENERGY: &str = "proved to give no energy, with the guard on"
 pub(crate) const EVERY_MOTION: &str =
     "proved for every motion, but for friction, encoder, rate limit, guard, start ramp and braking";
 
-/// Llewellyn's verdict on a coupler, and what the sampled device needs. KeyTable of reports and, with `preflight.coupler.` before
+/// Llewellyn's verdict on a coupler, and what the sampled device needs. Keys of reports and, with `preflight.coupler.` before
 /// them, of the log's metadata.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct CouplerVerdict {
@@ -73,7 +73,7 @@ pub(crate) struct CouplerVerdict {
     pub sampled_damping_n_s_per_m: Option<f64>,
 }
 
-/// Findings of the pre-flight. KeyTable of reports and, with `preflight.` before them, of the log's metadata.
+/// Findings of the pre-flight. Keys of reports and, with `preflight.` before them, of the log's metadata.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PreflightVerdict {
     /// True if no pole is on or outside the unit circle.
