@@ -84,7 +84,7 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
 
 /// The columns of the ticks, in their order.
 fn columns(ticks: &[TickMessage]) -> Vec<(String, Column)> {
-    let first = ticks.first().copied().unwrap_or_default();
+    let first = ticks.first().copied().unwrap_or(TickMessage::at_rest(1));
     let columns = TickMessage::columns(first.axes()).into_iter();
     let values = columns.map(|column| {
         let all = ticks.iter().map(|tick| column.value(tick));

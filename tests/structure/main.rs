@@ -4,6 +4,7 @@
 
 mod files;
 mod reader;
+mod storeys;
 
 use reader::Source;
 use std::collections::{BTreeMap, BTreeSet};

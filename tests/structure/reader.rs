@@ -37,6 +37,8 @@ pub(crate) struct File {
     pub(crate) texts: Vec<String>,
     /// Methods that take finished sentences apart.
     pub(crate) edits: Vec<String>,
+    /// Names of methods that are called without arguments.
+    pub(crate) asked: BTreeSet<String>,
 }
 
 #[derive(Debug, Default)]
@@ -432,6 +434,10 @@ impl<'ast> Visit<'ast> for Reader<'_> {
     }
 
     fn visit_expr_method_call(&mut self, call: &'ast syn::ExprMethodCall) {
+        if call.args.is_empty() {
+            let name = call.method.to_string();
+            self.of_file().asked.insert(name);
+        }
         const APART: [&str; 12] = [
             "replace",
             "replacen",

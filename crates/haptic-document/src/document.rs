@@ -1,13 +1,13 @@
 //! A document: the text of a file, and values given over it by options, keywords or the fields of a form.
 
 use crate::error::{FileError, Source};
-use crate::parameters::{Parameter, Value as Kind};
+use crate::parameters::Parameter;
 use crate::reader::{Part, Table, in_order};
 use haptic_quantity::parse_for_key;
 use haptic_quantity::short;
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use std::path::{Path, PathBuf, absolute};
+use std::path::{Path, PathBuf};
 use toml::Value;
 use toml::de::{DeTable, DeValue};
 
@@ -202,28 +202,6 @@ impl Document {
         parsed.layers.insert(0, Layer::of(given)?);
         Ok(parsed)
     }
-}
-
-/// A line of a file for a parameter: a comment for a default.
-pub fn line(table: &Table<'_>, parameter: &Parameter) -> String {
-    let Parameter { key, shown, .. } = parameter;
-    let default = match (table.written(parameter), parameter.value) {
-        (Some(text), _) => {
-            let path = table.path(parameter);
-            let path = path.map(|path| absolute(&path).unwrap_or(path));
-            return match path {
-                Some(path) => format!("{key} = {}\n", Value::from(path.to_string_lossy().as_ref())),
-                None => format!("{key} = {text}\n"),
-            };
-        }
-        (None, Kind::Number(Some(default), _)) => format!("{default:?}"),
-        (None, Kind::Count(default)) => default.to_string(),
-        (None, Kind::Flag(default)) => default.to_string(),
-        (None, Kind::List(_)) if !shown.is_empty() => format!("[{shown}]"),
-        (None, Kind::Text(default)) if !default.is_empty() => format!("\"{default}\""),
-        _ => return String::new(),
-    };
-    format!("# {key} = {default}\n")
 }
 
 /// Lines of a file for numbers: `{:?}` is the shortest text that reads back to the same bits.

@@ -10,7 +10,7 @@ pub mod parameters;
 mod reader;
 mod rows;
 
-pub use document::{Document, IN_LOG, Parsed, choice, line, lines_of};
+pub use document::{Document, IN_LOG, Parsed, choice, lines_of};
 pub use error::{Excerpt, FileError, text_of};
 pub use failure::{Cause, Failure, is_full};
 pub use haptic_quantity::short;

@@ -34,20 +34,20 @@ use haptic_document::Table;
 use haptic_document::parameters::{
     CONTROLLER, DEVICE, DEVICE_MODEL, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, Parameter, Value,
 };
-use haptic_document::{Document, FileError, IN_LOG, choice, line, parameters as p};
+use haptic_document::{Document, FileError, IN_LOG, choice, parameters as p};
 use haptic_log::record::{TickMessage, add_verdict};
 use parameters::{AT_A_DEVICE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
-use std::path::Path;
+use std::path::{Path, absolute};
 use std::time::Duration;
 
 /// The experiment that a file describes, all of its parameters checked.
 ///
 /// ```
 /// use haptic_experiment::ExperimentFile;
-/// use std::path::Path;
+/// use std::path::{Path, absolute};
 ///
 /// let text = "[relax]\nstrain = 0.05\nduration_s = 2";
 /// let experiment = ExperimentFile::parse(Path::new("lab/relax.toml"), text)?;
@@ -362,6 +362,31 @@ pub fn pressed(document: &Document) -> Result<Option<TissuePiece>, FileError> {
         .map(|(_, table)| table.with_keys(&[("", p::PIECE)]));
     let named = table.transpose()?.filter(|table| table.has(&p::TISSUE));
     named.as_ref().map(piece).transpose()
+}
+
+/// A line of a file for a parameter: a comment for a default.
+fn line(table: &Table<'_>, parameter: &Parameter) -> String {
+    let Parameter { key, shown, .. } = parameter;
+    let default = match (table.written(parameter), parameter.value) {
+        (Some(text), _) => {
+            let path = table.path(parameter);
+            let path = path.map(|path| absolute(&path).unwrap_or(path));
+            return match path {
+                Some(path) => format!(
+                    "{key} = {}\n",
+                    toml::Value::from(path.to_string_lossy().as_ref())
+                ),
+                None => format!("{key} = {text}\n"),
+            };
+        }
+        (None, Value::Number(Some(default), _)) => format!("{default:?}"),
+        (None, Value::Count(default)) => default.to_string(),
+        (None, Value::Flag(default)) => default.to_string(),
+        (None, Value::List(_)) if !shown.is_empty() => format!("[{shown}]"),
+        (None, Value::Text(default)) if !default.is_empty() => format!("\"{default}\""),
+        _ => return String::new(),
+    };
+    format!("# {key} = {default}\n")
 }
 
 /// The table above the values of its device file, if its kind takes one.

@@ -20,6 +20,7 @@ use haptic_document::parameters::range::{
 use haptic_document::short;
 use haptic_trial::ControllerFile;
 use haptic_trial::plant_file::{DeviceValues, PlantModel, TABLES};
+use measured_table::is_file;
 use std::path::Path;
 
 form! {
@@ -86,7 +87,7 @@ fn path<'t>(text: &'t str, endings: &[&str]) -> Option<&'t Path> {
     let path = Path::new(text);
     let ending = path.extension().unwrap_or_default();
     let mut endings = endings.iter();
-    let is_path = endings.any(|known| ending.eq_ignore_ascii_case(known)) || path.is_file();
+    let is_path = endings.any(|known| ending.eq_ignore_ascii_case(known)) || is_file(path);
     is_path.then_some(path)
 }
 

@@ -17,7 +17,14 @@ mod holding;
 mod impossible;
 mod limits;
 mod link_error;
-#[cfg(feature = "std")]
+#[cfg(feature = "controllers")]
+#[cfg_attr(
+    not(feature = "std"),
+    expect(
+        dead_code,
+        reason = "a line alone turns one kind of newtons into the other"
+    )
+)]
 mod newtons;
 mod patience;
 mod prepared;
@@ -45,7 +52,7 @@ pub use holding::controller_law;
 pub use impossible::Impossible;
 pub use limits::{wire_guard, wire_limits};
 pub use link_error::{LinkError, check_keys};
-#[cfg(feature = "std")]
+#[cfg(feature = "controllers")]
 pub use newtons::ForceFactors;
 pub use patience::Patience;
 pub use prepared::{

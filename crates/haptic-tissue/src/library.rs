@@ -1,7 +1,7 @@
 //! The tissue library: the files that come with the crate, and a folder of the user's.
 
 use crate::material::{Material, MaterialError};
-use measured_table::read_text;
+use measured_table::{files_in, read_text};
 use std::path::{Path, PathBuf};
 
 /// The files that come with the program.
@@ -145,19 +145,7 @@ impl Skipped {
 
 /// The TOML files of a folder, by name.
 fn toml_files(folder: &Path) -> Result<Vec<PathBuf>, MaterialError> {
-    let fail = |error| MaterialError::Folder(folder.to_owned(), error);
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(fail)? {
-        let path = entry.map_err(fail)?.path();
-        if path
-            .extension()
-            .is_some_and(|extension| extension == "toml")
-        {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
+    files_in(folder, "toml").map_err(|error| MaterialError::Folder(folder.to_owned(), error))
 }
 
 #[cfg(test)]

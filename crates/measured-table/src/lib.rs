@@ -37,4 +37,4 @@ pub use lines::{are_few, passed, rows_named};
 pub use numbers::{Reader, Segment};
 pub use response::{ResponseColumn, ResponseTable, has_frequencies, read_response};
 pub use text::{RecordColumns, TextTable, read_record, read_table};
-pub use text_file::{TABLE_MOST, TEXT_MOST, read_bytes, read_text};
+pub use text_file::{TABLE_MOST, TEXT_MOST, files_in, is_file, read_bytes, read_text};

@@ -1,10 +1,11 @@
 //! Files from outside, which are not waited for, and texts that never take more memory than they may, in UTF-8, UTF-16 or
 //! Windows-1252.
+//!
+//! This is the one door to a disk below the crates that touch the world: without the feature `files` it is shut, and says so.
 
 use std::borrow::Cow;
-use std::fs::File;
-use std::io::{self, Read as _};
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 
 /// Largest size of an experiment or tissue file, bytes.
 pub const TEXT_MOST: u64 = 1 << 20;
@@ -16,15 +17,74 @@ pub const TABLE_MOST: u64 = 1 << 28;
 ///
 /// # Errors
 /// The system's errors; anything but a regular file, such as a pipe, which might never
-/// deliver.
+/// deliver; any file, in a program without files.
 pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    if !std::fs::metadata(path)?.is_file() {
-        let why = "it is not a regular file";
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, why));
+    open::bytes(path, most)
+}
+
+/// The files of a folder with this extension, by name.
+///
+/// # Errors
+/// The system's errors; any folder, in a program without files.
+pub fn files_in(folder: &Path, extension: &str) -> io::Result<Vec<PathBuf>> {
+    let mut files = open::files(folder)?;
+    files.retain(|path| path.extension().is_some_and(|known| known == extension));
+    files.sort();
+    Ok(files)
+}
+
+/// True if there is a regular file of this name; never in a program without files.
+#[must_use]
+pub fn is_file(path: &Path) -> bool {
+    open::is_file(path)
+}
+
+#[cfg(feature = "files")]
+mod open {
+    use std::fs::{File, metadata, read_dir};
+    use std::io::{self, Read as _};
+    use std::path::{Path, PathBuf};
+
+    pub(super) fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+        if !metadata(path)?.is_file() {
+            let why = "it is not a regular file";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, why));
+        }
+        let mut bytes = Vec::new();
+        (File::open(path)?.take(most + 1)).read_to_end(&mut bytes)?;
+        Ok(bytes)
     }
-    let mut bytes = Vec::new();
-    (File::open(path)?.take(most + 1)).read_to_end(&mut bytes)?;
-    Ok(bytes)
+
+    pub(super) fn is_file(path: &Path) -> bool {
+        metadata(path).is_ok_and(|found| found.is_file())
+    }
+
+    pub(super) fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
+        read_dir(folder)?.map(|entry| Ok(entry?.path())).collect()
+    }
+}
+
+#[cfg(not(feature = "files"))]
+mod open {
+    use std::io;
+    use std::path::{Path, PathBuf};
+
+    fn shut<T>() -> io::Result<T> {
+        let why = "this program reads no files: give the text itself";
+        Err(io::Error::new(io::ErrorKind::Unsupported, why))
+    }
+
+    pub(super) fn bytes(_: &Path, _: u64) -> io::Result<Vec<u8>> {
+        shut()
+    }
+
+    pub(super) const fn is_file(_: &Path) -> bool {
+        false
+    }
+
+    pub(super) fn files(_: &Path) -> io::Result<Vec<PathBuf>> {
+        shut()
+    }
 }
 
 /// The text of a file, if it is not longer than [`TEXT_MOST`].

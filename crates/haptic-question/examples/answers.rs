@@ -1,0 +1,80 @@
+//! Answers to a question of each kind, as JSON to the last digit, from tables that are made here: the storey that touches nothing, run.
+//!
+//! ```text
+//! cargo run -p haptic-question --example answers
+//! ```
+//! `.ci/run` holds what it prints here against what it prints as WebAssembly in Node.
+
+use haptic_document::Failure;
+use haptic_question::control_loop::{ControlLoop, FormParts, LoopForm};
+use haptic_question::controller::DesignForm;
+use haptic_question::controller::report::designed;
+use haptic_question::plant::PlantQuestion;
+use haptic_question::plant::keys::PlantForm;
+use haptic_question::tissue::{RecordForm, RecordQuestion};
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use std::sync::atomic::AtomicBool;
+
+fn form<T: DeserializeOwned>(keys: Value) -> T {
+    serde_json::from_value(keys).expect("a form")
+}
+
+/// A number from −1 to 1 for each number.
+fn noise(number: u32) -> f64 {
+    let mixed = number.wrapping_mul(2_654_435_761).rotate_left(13);
+    f64::from(mixed.wrapping_mul(2_246_822_519)) / f64::from(u32::MAX) * 2.0 - 1.0
+}
+
+/// Relaxation of a standard linear solid, 1 kPa and 2 kPa with 3 s, with half a percent of noise.
+fn relaxation() -> String {
+    let row = |n: u32| {
+        let time_s = 0.01 * libm::pow(10.0, f64::from(n) / 30.0);
+        let modulus_pa = 1000.0 + 2000.0 * libm::exp(-time_s / 3.0);
+        format!("{time_s},{}\n", modulus_pa * (1.0 + 0.005 * noise(n)))
+    };
+    let rows: String = (0..120).map(row).collect();
+    format!("time_s,modulus_pa\n{rows}")
+}
+
+/// A lag of 2 s and gain 3 that answers a step, with its sensor's noise.
+fn step() -> String {
+    let row = |n: u32| {
+        let time_s = 0.1 * f64::from(n);
+        let since_s = (time_s - 1.0).max(0.0);
+        let output = 3.0 * (1.0 - libm::exp(-since_s / 2.0)) + 0.002 * noise(n);
+        format!("{time_s},{},{output}\n", u8::from(n >= 10))
+    };
+    let rows: String = (0..200).map(row).collect();
+    format!("time_s,input,output\n{rows}")
+}
+
+fn answers() -> Result<Vec<(&'static str, Value)>, Failure> {
+    let stop = AtomicBool::new(false);
+    let record = RecordQuestion::of(&form::<RecordForm>(json!({})))?;
+    let read = record.read(0, record.reader.clone(), relaxation().as_bytes());
+    let read = read.map_err(Failure::bad_input)?;
+    let tissue = record.answer(read, &["made".to_owned()], &stop, &|_| {});
+    let tissue = tissue.map_err(Failure::bad_input)?;
+    let plant = PlantQuestion::of(&form::<PlantForm>(json!({})))?;
+    let data = plant.data(&plant.columns, step().as_bytes());
+    let data = data.map_err(Failure::bad_input)?;
+    let plant = plant.found(data, None, &stop, &|_, _, _| {})?;
+    let fractional = json!({"plant": "1/(0.8s^2.2+0.5s^0.9+1)"});
+    let wishes: DesignForm = form(json!({"crossover_rad_s": 2.0}));
+    let plant_of = form::<LoopForm>(fractional.clone()).plant(None)?;
+    let design = designed(wishes.design(plant_of.plant)?)?;
+    let alone = ControlLoop::of(form(fractional), FormParts::default())?;
+    Ok(vec![
+        ("tissue", json!(tissue.report(None, None))),
+        ("plant", json!(plant.report())),
+        ("controller", design.report("plant")),
+        ("loop", json!(alone.analysed()?.report)),
+    ])
+}
+
+fn main() {
+    for (asked, answer) in answers().expect("made to be answered") {
+        println!("{asked} {answer}");
+    }
+}
