@@ -84,7 +84,9 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
 
 /// The columns of the ticks, in their order.
 fn columns(ticks: &[TickMessage]) -> Vec<(String, Column)> {
-    let first = ticks.first().copied().unwrap_or(TickMessage::at_rest(1));
+    let first = ticks.first().copied();
+    // A log without a tick has its columns too.
+    let first = first.unwrap_or(TickMessage::unknown(1));
     let columns = TickMessage::columns(first.axes()).into_iter();
     let values = columns.map(|column| {
         let all = ticks.iter().map(|tick| column.value(tick));
