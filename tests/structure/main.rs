@@ -449,6 +449,8 @@ fn an_arrow_between_rooms_is_found_through_a_re_export_and_only_where_it_goes_up
     // What is defined below is used from above all the same.
     let low = "use crate::high; pub struct Low; fn low() { high::handed_on(); }";
     assert_eq!(upwards("pub use crate::low::handed_on;", low), up);
+    let low = "pub struct Low; fn low() { crate::High::make(); }";
+    assert_eq!(upwards("pub use crate::low::Low as High;", low), up);
     let low = "pub struct Low; fn low(_: super::super::high::Low) {}";
     assert_eq!(upwards("pub use crate::low::Low;", low), up);
 }

@@ -152,12 +152,23 @@ impl Source {
                 // A word alone may be a variable.
                 let itself = Some(path.clone()).filter(|path| path.len() > 1);
                 let rooms = whole.chain(itself).filter_map(|path| room(at, &path));
-                let rooms =
-                    rooms.filter(|room| self.modules.contains_key(std::slice::from_ref(room)));
+                let rooms = rooms.flat_map(|room| self.handed_on(room));
                 named.entry(*file).or_default().extend(rooms);
             }
         }
         named
+    }
+
+    /// A room, or those from which the root hands on what it calls so.
+    fn handed_on(&self, name: String) -> Vec<String> {
+        let is_room = |name: &String| self.modules.contains_key(std::slice::from_ref(name));
+        if is_room(&name) {
+            return vec![name];
+        }
+        let handed_on = self.modules[&[][..]].names.get(&name);
+        let rooms = handed_on.into_iter().flatten();
+        let rooms = rooms.filter_map(|path| room(&[], path));
+        rooms.filter(is_room).collect()
     }
 
     /// Paths as they would stand without any `use`.
