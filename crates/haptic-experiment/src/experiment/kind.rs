@@ -17,8 +17,6 @@ use std::any::Any;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
-/// A table of keys: its heading, and its parameters.
-
 /// Makes an experiment of its own table and that of the drive beside it.
 type Read = fn(&Table<'_>, Option<&Table<'_>>) -> Result<Box<dyn Experiment>, FileError>;
 
