@@ -66,6 +66,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 parameters! {
+    mod keys;
     PROTOCOL = text("protocol", "ramp", "How it is pressed");
     /// Largest depth, m.
     PRESS_DEPTH = number(DEPTH.key, 2e-3, "2mm", REACHES_ABOVE_0, "Depth to hold, from where the handle begins: in front of the specimen");

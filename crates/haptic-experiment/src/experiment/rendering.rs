@@ -11,6 +11,7 @@ use haptic_document::parameters::{Parameter, joined};
 use serde::Serialize;
 
 parameters! {
+    mod keys;
     /// Depth of a relaxation, m.
     DEPTH = optional("depth_m", REACHES_ABOVE_0, "Depth to hold, instead of a strain");
     STRAIN = number("strain", 0.05, "5%", STRAINS, "Strain to hold");

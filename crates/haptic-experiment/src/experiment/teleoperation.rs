@@ -60,6 +60,7 @@ pub use side::{FarReport, Terms};
 use std::f64::consts::{PI, TAU};
 
 parameters! {
+    mod keys;
     /// The law that joins master and slave.
     ARCHITECTURE = text("architecture", "position-position",
         "How master and slave are joined");

@@ -47,6 +47,7 @@ use std::fmt::Debug;
 use std::ops::RangeInclusive;
 
 parameters! {
+    mod keys;
     /// Impact of a trial, m/s.
     IMPACT = number("impact_m_per_s", 0.1, "", IMPACTS,
         "Speed at which the device hits the wall, m/s [default: 0.1; a serial device is only pushed]");

@@ -35,6 +35,7 @@ use haptic_trial::GuardChoice;
 use serde_json::{Value, json};
 
 parameters! {
+    mod keys;
     ORDER = optional("order", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
     /// Stiffness of a wall, N/m.
     STIFFNESS = optional("stiffness_n_per_m", STIFFNESSES, "Stiffness K of the wall");

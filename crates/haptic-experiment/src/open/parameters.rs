@@ -1,46 +1,24 @@
 //! All parameters, of all kinds, the tables of each kind, and the names that a key may take.
 
-pub use crate::experiment::press::{
-    DEPTH_LIMIT, FRAME_STIFFNESS, PRESS_AMPLITUDE, PRESS_DEPTH, PRESS_DEPTHS, PRESS_FREQUENCIES,
-    PRESS_HOLD, PRESS_RAMP, PROTOCOL,
-};
-pub use crate::experiment::rendering::{
-    CREEP_CONTACT, CREEP_DURATION, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER, PIECE_STIFFNESS,
-    PRECISION, RAMP_TIME, RELAX_DURATION, RIG_DAMPING, RIG_MASS, STRAIN, STRESS,
-};
-pub use crate::experiment::teleoperation::{
-    AMPLITUDE, ARCHITECTURE, ENVIRONMENT, FREQUENCIES, HAND_COUPLER_ORDER, HAND_DAMPER,
-    HAND_SPRING, HIGH, LINE_DELAY, LINE_DUPLICATION, LINE_JITTER, LINE_LOSS, LINE_SEED, LOW,
-    MUST_BE_PASSIVE, PLACE_DISSIPATION, PLACE_ONE_SIDED, PLACE_ORDER, PLACE_STIFFNESS, PLAYOUT,
-    PRESS, SILENCE, SLAVE_DAMPING, SLAVE_MASS, TELEOPERATION_DURATION, TELEOPERATION_WINDOW,
-    WAVE_IMPEDANCE,
-};
-pub use crate::experiment::trial::{
-    CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WINDOW,
-};
-pub use crate::experiment::wall::{
-    DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT,
-};
+pub use crate::experiment::press::keys::*;
+pub use crate::experiment::rendering::keys::*;
+pub use crate::experiment::teleoperation::keys::*;
+pub use crate::experiment::trial::keys::*;
+pub use crate::experiment::wall::keys::*;
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
-pub use crate::question::calibration::{CALIBRATE_STEP, CALIBRATE_WEIGHT, CALIBRATION};
-pub use crate::question::design::{
-    DESIGN_ORDERS, FORCE_NOISE_LIMIT, FRONT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY,
-    WISH_TISSUE,
-};
-pub use crate::question::measurement::{
-    HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT,
-    MEASURE_SAMPLE_TIME, MEASUREMENT,
-};
+pub use crate::question::calibration::{CALIBRATION, keys::*};
+pub use crate::question::design::keys::*;
+pub use crate::question::measurement::{MEASUREMENT, keys::*};
+pub use crate::question::zwidth::keys::*;
+pub use crate::question::{QUESTIONS, analysis};
 pub use haptic_document::parameters::*;
 pub use haptic_question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
 pub use haptic_question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
-/// Questions of a device at hand, which moves.
-pub const AT_A_DEVICE: [&str; 2] = [MEASUREMENT, CALIBRATION];
-pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
-pub use crate::question::{QUESTIONS, analysis};
 pub use haptic_question::plant::keys::{PLANT_RECORD, VALIDATE};
 pub use haptic_question::tissue::RECORD;
 pub use haptic_trial::safety::keys::*;
+/// Questions of a device at hand, which moves.
+pub const AT_A_DEVICE: [&str; 2] = [MEASUREMENT, CALIBRATION];
 
 use crate::experiment::press::Protocol;
 use crate::experiment::rendering::Contact;

@@ -59,6 +59,7 @@ use haptic_tissue::Model;
 use serde::Serialize;
 
 parameters! {
+    mod keys;
     WISH = text("wish", "stiffest-wall", "What to optimise");
     WISH_TISSUE = file("tissue", "", Paths::Toml, None, "Tissue for that wish: a name from `host-cli materials list`, or a TOML file");
     /// Frequency of a design, Hz.

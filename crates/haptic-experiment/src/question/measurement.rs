@@ -36,6 +36,7 @@ use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{SafetyLimits, Stuck, Workspace};
 
 parameters! {
+    mod keys;
     /// Sample time of a measurement, s.
     MEASURE_SAMPLE_TIME = number("sample_time_s", SAMPLE_TIME.default_number(), SAMPLE_TIME.shown, Range::Within(1e-4, 1e-2), "Sample time");
     /// Force limit of a device that is measured, N.
