@@ -77,7 +77,7 @@ form! {
     RECORD_STIFFENING = stiffening: flag(STIFFENING.help);
     BASELINE = baseline: text("", "Find the part of the force that is not the tissue's too");
     FIX = fix: text("", "Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3");
-    WEIGHTS = weights: text("equal", "Weights of the samples");
+    WEIGHTS = weights: text("errors", "Weights of the samples");
     STARTS = starts: count(Options::STARTS as u64, "40", "Starts per model");
     BOOTSTRAP = bootstrap: count(0, "0", "Bootstrap records for the intervals; 0 takes them from profiles of the likelihood");
     BOOTSTRAP_SEED = seed: count(1, "1", "Seed of the bootstrap");
@@ -376,6 +376,9 @@ impl RecordQuestion {
         let records = all.into_iter().map(|mut columns| {
             let given = self.temperatures_c.get(file).copied();
             columns.temperature_c = given.or(columns.temperature_c);
+            if self.options.weighting != Weighting::Errors {
+                columns.errors.clear();
+            }
             self.reading.record(columns)
         });
         records.collect()

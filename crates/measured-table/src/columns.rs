@@ -9,6 +9,8 @@ pub struct Columns {
     pub lines: Vec<u64>,
     /// The columns with their names.
     pub values: Vec<(Column, String, Vec<f64>)>,
+    /// Errors beside columns of `values`: the measured column, the name of that of the errors, and its numbers in the same unit.
+    pub errors: Vec<(Column, String, Vec<f64>)>,
     /// Those that a user named: they come first, and each must have an effect.
     pub chosen: Vec<Column>,
     /// One sentence for each thing guessed, converted or left out, for the user to check.
@@ -48,14 +50,18 @@ impl Columns {
         let ends = clock(self, <[f64]>::last).zip(clock(next, <[f64]>::first));
         let has = |a, b| self.has(a) || self.has(b);
         let is_motion = has(Column::Strain, Column::Position) && has(Column::Stress, Column::Force);
-        let headings = |all: &Self| all.values.iter().map(|value| value.0).collect::<Vec<_>>();
+        let headings = |all: &Self| {
+            let columns = all.values.iter().chain(&all.errors);
+            columns.map(|value| value.0).collect::<Vec<_>>()
+        };
         is_motion
             && headings(self) == headings(next)
             && ends.is_some_and(|(end, begin)| begin > end)
     }
 
     fn extend(&mut self, next: Self) {
-        for (value, (_, _, values)) in self.values.iter_mut().zip(next.values) {
+        let columns = self.values.iter_mut().chain(&mut self.errors);
+        for (value, (_, _, values)) in columns.zip(next.values.into_iter().chain(next.errors)) {
             value.2.extend(values);
         }
         self.lines.extend(next.lines);

@@ -23,8 +23,8 @@ pub struct ColumnRead {
     pub unit: Option<String>,
     /// The first cell as it is written.
     pub first_cell: String,
-    /// The quantity that the column is read as.
-    pub taken_for: Option<&'static str>,
+    /// The quantity that the column is read as, or of which it has the errors.
+    pub taken_for: Option<String>,
     /// The first cell in the SI unit of that quantity.
     pub first_value: Option<f64>,
     /// This unit.
@@ -62,7 +62,9 @@ impl Reader {
         let (block, heading) = (part.block, &part.heading);
         let (name, below) = (&heading.names[place], heading.below(place));
         let found = part.found.iter().find(|found| found.place == place);
-        let taken = found.map(|found| found.column);
+        let errors = part.errors.iter().find(|errors| errors.place == place);
+        let of = errors.map(|errors| part.found[errors.of].column);
+        let taken = found.map(|found| found.column).or(of);
         let could_be = could_be(name, below).into_iter();
         let could_be: Vec<Column> = could_be.filter(|one| Some(*one) != taken).collect();
         let doubt = part.unclear.iter().find(|doubt| Some(doubt.0) == taken);
@@ -74,8 +76,14 @@ impl Reader {
                 .filter(|unit| !unit.is_empty())
                 .or_else(|| taken.and_then(|column| Unit::behind(column, name))),
             first_cell: first_cell(block, place).to_owned(),
-            first_value: found.and_then(|found| self.first(part, found)),
-            taken_for: taken.map(Column::name),
+            first_value: match (found, errors) {
+                (Some(found), _) => self.first(part, found).map(|first| first[0]),
+                (None, errors) => errors.and_then(|errors| self.first_error(part, errors)),
+            },
+            taken_for: taken.map(|column| match of {
+                Some(_) => format!("error of {}", column.name()),
+                None => column.name().to_owned(),
+            }),
             si_unit: taken.map(|column| column.dimension().si()),
             remark: match taken {
                 Some(_) => doubt,

@@ -3,13 +3,14 @@
 #![forbid(unsafe_code)]
 //!
 //! The numbers are found first: `decoded` makes text of bytes, `find` blocks of numbers of text, `above` its `heading` among the
-//! lines above it, `header` a quantity of a name, `segments` the rows that belong together. `numbers` reads a record's
+//! lines above it, `header` a quantity of a name, `errors` a column of errors beside it, `segments` the rows that belong together. `numbers` reads a record's
 //! columns by what they mean, which `explain` tells, `text` columns by their names, of which that of the times may hold `instants`.
 
 mod above;
 mod column;
 mod columns;
 mod error;
+mod errors;
 mod explain;
 mod find;
 mod header;

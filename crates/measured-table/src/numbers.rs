@@ -3,6 +3,7 @@
 use super::column::{Choice, Column};
 use super::columns::Columns;
 use super::error::TableError;
+use super::errors::ErrorColumn;
 use super::find::Block;
 use super::header::{Meaning, Unit, foreign, logarithm, split, understand};
 use super::heading::Heading;
@@ -56,10 +57,10 @@ pub struct Segment {
 pub(super) struct Found {
     pub(super) column: Column,
     pub(super) place: usize,
-    name: String,
+    pub(super) name: String,
     unit: Unit,
     /// Of the logarithms that its cells are, if they are.
-    base: Option<f64>,
+    pub(super) base: Option<f64>,
     /// True of a distance that falls while the depth grows.
     falls: bool,
 }
@@ -92,6 +93,7 @@ pub(super) struct Part<'a> {
     pub(super) heading: Heading,
     pub(super) found: Vec<Found>,
     pub(super) unclear: Vec<(Column, String)>,
+    pub(super) errors: Vec<ErrorColumn>,
     temperature: Option<usize>,
 }
 
@@ -274,6 +276,7 @@ impl Reader {
         part.unclear.retain(|(column, _)| is_read(*column));
         let doubts = found.iter().filter_map(|found| self.doubt(found, line));
         part.unclear.extend(doubts);
+        part.errors = part.errors_beside();
         Ok(part)
     }
 
@@ -400,7 +403,9 @@ impl Reader {
     fn columns(&self, piece: &Piece) -> Result<Columns, TableError> {
         let part = piece.part;
         let (mut notes, mut empty, mut outside) = (Vec::new(), Vec::new(), Vec::new());
-        let places: Vec<usize> = part.found.iter().map(|found| found.place).collect();
+        let places = part.found.iter().map(|found| found.place);
+        let places = places.chain(part.errors.iter().map(|errors| errors.place));
+        let places: Vec<usize> = places.collect();
         let (block, rows) = (part.block, piece.rows.clone());
         let mut bad = Vec::new();
         let skipped = self.skip_bad_rows.then_some(&mut bad);
@@ -416,7 +421,7 @@ impl Reader {
             }
         })?;
         bad.dedup();
-        let mut unclear = part.unclear.clone();
+        let (mut unclear, mut factors) = (part.unclear.clone(), Vec::new());
         for (f, column) in part.found.iter().zip(&mut numbers) {
             let reach = |column: &[f64]| column.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             if let Some(base) = f.base {
@@ -443,6 +448,7 @@ impl Reader {
             let reach = reach(column);
             let factor = self.factor(f, reach, &mut notes)?;
             column.iter_mut().for_each(|value| *value *= factor);
+            factors.push(factor);
             if f.column == Column::Strain && f.unit == Unit::Untold && reach > STRAIN_PLAIN {
                 let asked = format!(
                     "line {}, column {}: its unit may be % or 1, with values up to {}: give {UNITS} strain=% or strain=1",
@@ -454,6 +460,12 @@ impl Reader {
                 let is_named = self.columns.iter().any(|choice| choice.0 == f.column);
                 let is_settled = is_named || self.unit_of(f.column).is_some();
                 unclear.extend((!is_settled).then_some((f.column, asked)));
+            }
+        }
+        let (values, errors) = numbers.split_at_mut(part.found.len());
+        for (one, cells) in part.errors.iter().zip(errors) {
+            for (cell, value) in cells.iter_mut().zip(&values[one.of]) {
+                *cell = one.size(&part.found[one.of], *cell, *value, factors[one.of]);
             }
         }
         let is_read = |column| part.found.iter().any(|found| found.column == column);
@@ -504,13 +516,19 @@ impl Reader {
                     .to_owned(),
             );
         }
-        let named = part.found.iter().zip(&numbers).map(|(f, numbers)| {
+        let names = part.found.iter().map(|found| (found.column, &found.name));
+        let errors = part.errors.iter();
+        let names = names.chain(errors.map(|one| (part.found[one.of].column, &one.name)));
+        let named = names.zip(&numbers).map(|((column, name), numbers)| {
             let kept = kept.iter().map(|&n| numbers[n]);
-            (f.column, f.name.clone(), kept.collect())
+            (column, name.clone(), kept.collect())
         });
+        let mut named: Vec<_> = named.collect();
+        let errors = named.split_off(part.found.len());
         Ok(Columns {
             lines: kept.iter().map(|n| block.rows[rows.start + n].0).collect(),
-            values: named.collect(),
+            values: named,
+            errors,
             chosen: self.columns.iter().map(|(column, _)| *column).collect(),
             notes,
             unclear,
@@ -520,13 +538,23 @@ impl Reader {
         })
     }
 
-    /// The first number of a column that is read, in SI units.
-    pub(super) fn first(&self, part: &Part<'_>, found: &Found) -> Option<f64> {
+    /// The first number of a column that is read, in SI units, and its factor.
+    pub(super) fn first(&self, part: &Part<'_>, found: &Found) -> Option<[f64; 2]> {
         let all = part.values(found.place, 0..part.block.rows.len())?;
         let mut numbers = all.iter().map(|cell| found.number(*cell));
         let reach = numbers.clone().fold(0.0, |most: f64, x| most.max(x.abs()));
         let first = numbers.find(|number| number.is_finite())?;
-        Some(first * self.factor(found, reach, &mut Vec::new()).ok()?)
+        let factor = self.factor(found, reach, &mut Vec::new()).ok()?;
+        Some([first * factor, factor])
+    }
+
+    /// The first number of a column of errors, in SI units.
+    pub(super) fn first_error(&self, part: &Part<'_>, errors: &ErrorColumn) -> Option<f64> {
+        let all = part.values(errors.place, 0..part.block.rows.len())?;
+        let cell = all.into_iter().find(|cell| cell.is_finite())?;
+        let of = &part.found[errors.of];
+        let [value, factor] = self.first(part, of)?;
+        Some(errors.size(of, cell, value, factor))
     }
 
     /// SI units per unit of a column whose values go up to `reach`: the user's, the header's, else SI with a note.
@@ -600,6 +628,7 @@ impl<'a> Part<'a> {
             heading,
             found: Vec::new(),
             unclear: Vec::new(),
+            errors: Vec::new(),
             temperature: None,
         }
     }

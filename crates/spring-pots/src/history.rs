@@ -13,6 +13,7 @@
 //! the parameters account for the fit of c (G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, 2003).
 //! Of parts D·d whose d are known to be normal with deviation 1, with D in deviations of the noise: ‖P(WQ − σ)‖² = min over d of
 //! ‖WQ + D·d − σ‖² + ‖d‖², with P = 1 − U·(1 − 1/√(1 + S²))·Uᵀ and D = `USVᵀ`. Small parts are left in, large ones are projected out.
+//! Where samples have errors, all rows are over them in this.
 
 use crate::contour::{Contour, Quantity};
 use crate::cubic;
@@ -69,8 +70,13 @@ pub struct Moved<'a> {
 }
 
 impl History {
-    /// The columns of B and of D, a number for each sample of all motions.
-    pub fn new(motions: &[Moved<'_>], nuisance: &[Vec<f64>], bounded: &[Vec<f64>]) -> Self {
+    /// The columns of B and of D, a number for each sample of all motions, and the errors by which samples count, or none.
+    pub fn new(
+        motions: &[Moved<'_>],
+        nuisance: &[Vec<f64>],
+        bounded: &[Vec<f64>],
+        errors: &[f64],
+    ) -> Self {
         let knots: Vec<Vec<(f64, f64)>> = (motions.iter())
             .map(|moved| knots(moved.motion_s, &changes(moved.motion_s, moved.strain)))
             .collect();
@@ -132,18 +138,22 @@ impl History {
         history.stress_scale = libm::sqrt(square / history.chosen.len() as f64);
         let (scale, wanted) = (history.stress_scale, history.wanted.iter_mut());
         wanted.for_each(|stress| *stress /= scale);
-        history.leave_out(nuisance, bounded);
+        history.leave_out(nuisance, bounded, errors);
         history
     }
 
     /// Takes out of W and σ what a sum of the columns makes, of the bounded ones as far as it may be.
-    fn leave_out(&mut self, nuisance: &[Vec<f64>], bounded: &[Vec<f64>]) {
+    fn leave_out(&mut self, nuisance: &[Vec<f64>], bounded: &[Vec<f64>], errors: &[f64]) {
         if nuisance.is_empty() && bounded.is_empty() {
             return;
         }
         let rows = self.chosen.len();
+        let chosen = self.chosen.iter();
+        let sizes = chosen.map(|&n| errors.get(n).copied().unwrap_or(1.0));
+        let sizes: Vec<f64> = sizes.collect();
         let of = |columns: &[Vec<f64>]| {
-            DMatrix::from_fn(rows, columns.len(), |row, n| columns[n][self.chosen[row]])
+            let at = |row: usize, n: usize| columns[n][self.chosen[row]] / sizes[row];
+            DMatrix::from_fn(rows, columns.len(), at)
         };
         let free = (!nuisance.is_empty()).then(|| of(nuisance).qr().q());
         let mut shares = vec![1.0; nuisance.len()];
@@ -168,11 +178,13 @@ impl History {
             let width = values.len() / rows;
             for (column, share) in &units {
                 let mut sums = vec![0.0; width];
-                for (row, part) in values.chunks_exact(width).zip(column) {
+                let parts = || column.iter().zip(&sizes);
+                for (row, (part, size)) in values.chunks_exact(width).zip(parts()) {
+                    let part = part / size;
                     (sums.iter_mut().zip(row)).for_each(|(sum, value)| *sum += part * value);
                 }
-                for (row, part) in values.chunks_exact_mut(width).zip(column) {
-                    let part = share * part;
+                for (row, (part, size)) in values.chunks_exact_mut(width).zip(parts()) {
+                    let part = share * part * size;
                     (row.iter_mut().zip(&sums)).for_each(|(value, sum)| *value -= part * sum);
                 }
             }

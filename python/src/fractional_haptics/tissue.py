@@ -242,7 +242,7 @@ def identify(
     poisson_ratio: float = 0.5,
     models: Sequence[str] | None = None,
     chosen: str | None = None,
-    weights: Literal["equal", "log-spacing"] = "equal",
+    weights: Literal["errors", "equal", "log-spacing"] = "errors",
     starts: int = 40,
     bootstrap: int = 0,
     seed: int = 1,
@@ -286,8 +286,8 @@ def identify(
         Candidates; without them all five fractional ones.
     chosen : str, optional
         The one to put first; without it that with the least BIC, or one with fewer parameters that is as good.
-    weights : {"equal", "log-spacing"}
-        Weights of the samples: alike, or as much as each covers of ln t.
+    weights : {"errors", "equal", "log-spacing"}
+        Weights of the samples: by the errors in a column of a table, else alike; alike; or as much as each covers of ln t.
     starts : int, default 40
         Starts of the search for each model.
     bootstrap : int, default 0
@@ -396,7 +396,7 @@ def identify_tables(
     subtract_start: bool = False,
     stiffening: bool = False,
     fix: Mapping[str, float | tuple[float, float]] | None = None,
-    weights: Literal["equal", "log-spacing"] = "equal",
+    weights: Literal["errors", "equal", "log-spacing"] = "errors",
     starts: int = 40,
     bootstrap: int = 0,
     seed: int = 1,

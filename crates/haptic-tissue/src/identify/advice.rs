@@ -5,6 +5,7 @@ use super::keys::FROM;
 use super::record::Record;
 use super::record::digits;
 use super::reference::Misfit;
+use super::target::Target;
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 
@@ -61,6 +62,15 @@ pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
             record.samples()
         )
     })
+}
+
+/// Size of what a fit leaves over the errors of the record, if it has any.
+pub(super) fn about_errors(fit: &Fit, target: &Target<'_>) -> Option<String> {
+    let left = fit.weighted / (target.error? * target.scale);
+    Some(format!(
+        "residuals are weighed by the errors of the record, of which they are {} times the size; intervals are by the residuals",
+        Shown(digits(left))
+    ))
 }
 
 /// Much is left, and alike from sample to sample, as no noise is.

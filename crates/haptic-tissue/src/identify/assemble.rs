@@ -172,7 +172,7 @@ impl Assembly {
             {
                 bad.push(line);
                 self.0.lines.remove(row);
-                for (.., values) in &mut self.0.values {
+                for (.., values) in self.0.values.iter_mut().chain(&mut self.0.errors) {
                     values.remove(row);
                 }
             } else if are_few(bad.len(), rows) {
@@ -280,6 +280,13 @@ impl Assembly {
             )));
         }
         let record = record.map_err(|error| of_line(error, lines))?;
+        let unused = self.0.errors.iter().map(|(column, name, _)| {
+            format!(
+                "column {name} looks like errors of the {}, which do not count: they are not of what is fitted, or not of all of it",
+                column.name()
+            )
+        });
+        self.0.notes.extend(unused);
         Ok(Understood {
             record,
             loading: measured,
@@ -389,6 +396,20 @@ impl Assembly {
         Some(self.0.values.remove(index).2)
     }
 
+    /// Errors of a column, over this; none if it has none.
+    fn errors_of(&mut self, column: Column, per: f64) -> Vec<f64> {
+        let index = self.0.errors.iter().position(|errors| errors.0 == column);
+        let Some((_, name, mut errors)) = index.map(|index| self.0.errors.remove(index)) else {
+            return Vec::new();
+        };
+        errors.iter_mut().for_each(|error| *error /= per.abs());
+        self.0.notes.push(format!(
+            "column {name} is taken for the errors of the {}, which weigh its rows",
+            column.name()
+        ));
+        errors
+    }
+
     /// True if a modulus or compliance is there already.
     fn is_of_material(&self) -> bool {
         let columns = [Column::Modulus, Column::Compliance, Column::Storage];
@@ -459,6 +480,10 @@ impl Assembly {
                     within(&value.2, size, kind).map_err(|error| of_line(error, &self.0.lines))?;
                 }
                 value.2.iter_mut().for_each(|x| *x /= size);
+                for errors in self.0.errors.iter_mut().filter(|errors| errors.0 == from) {
+                    errors.0 = to;
+                    errors.2.iter_mut().for_each(|x| *x /= size);
+                }
             } else if !(loading.bonded && from == Column::Position) {
                 return Err(IdentifyError::Record(format!(
                     "{parameter} has no effect without a column {}: name it by {COLUMNS} {}=, or omit {parameter}",
@@ -658,7 +683,8 @@ impl Assembly {
         let kind = RecordKind::Relaxation;
         let time = self.need(Column::Time, kind)?;
         if let Some(modulus) = self.ready(Column::Modulus, reading)? {
-            return self.relaxed(time, modulus, None, reading);
+            let errors = self.errors_of(Column::Modulus, 1.0);
+            return self.relaxed(time, modulus, errors, None, reading);
         }
         if !self.0.has(Column::Stress) {
             return Err(self.neither(Column::Modulus, kind));
@@ -673,7 +699,8 @@ impl Assembly {
         }
         let strain = held(reading.strain, self.take(Column::Strain), STRAIN, "")?;
         let modulus = stress.iter().map(|stress| stress / strain).collect();
-        self.relaxed(time, modulus, Some(strain.abs()), reading)
+        let errors = self.errors_of(Column::Stress, strain);
+        self.relaxed(time, modulus, errors, Some(strain.abs()), reading)
     }
 
     /// Stress over the held strain, after a step or with the ramp to it.
@@ -681,12 +708,13 @@ impl Assembly {
         &mut self,
         time: Vec<f64>,
         mut modulus: Vec<f64>,
+        mut errors: Vec<f64>,
         strain: Option<f64>,
         reading: &TableDetails,
     ) -> Result<Record, IdentifyError> {
         self.upright(modulus.iter().sum(), &mut modulus, "stress");
         let Some(ramp_s) = reading.ramp_time_s else {
-            let record = Record::relaxation(time, modulus)?;
+            let record = Record::relaxation(time, modulus)?.with_errors(&errors, &[])?;
             return Ok(match strain {
                 Some(strain) => record.with_strain_to(strain),
                 None => record,
@@ -697,9 +725,12 @@ impl Assembly {
         let ends_s = reading.ramp_ends_s.unwrap_or(ramp_s);
         if time.first().is_some_and(|first| *first > ends_s - ramp_s) {
             self.0.lines.splice(..0, self.0.lines.first().copied());
+            errors.splice(..0, errors.first().copied());
         }
+        errors.iter_mut().for_each(|error| *error *= held);
         let stress = modulus.iter().map(|modulus| modulus * held).collect();
-        let mut record = Record::ramp(time, stress, held, ramp_s, ends_s)?;
+        let record = Record::ramp(time, stress, held, ramp_s, ends_s)?;
+        let mut record = record.with_errors(&errors, &[])?;
         if strain.is_none() {
             record.forget_strain();
         }
@@ -711,7 +742,8 @@ impl Assembly {
         let is_commanded = self.is_commanded_creep(reading, false);
         let time = self.need(Column::Time, kind)?;
         if let Some(compliance) = self.ready(Column::Compliance, reading)? {
-            return Record::creep(time, compliance);
+            let errors = self.errors_of(Column::Compliance, 1.0);
+            return Record::creep(time, compliance)?.with_errors(&errors, &[]);
         }
         if !self.0.has(Column::Strain) {
             return Err(self.neither(Column::Compliance, kind));
@@ -722,13 +754,16 @@ impl Assembly {
             let stress = self.need(Column::Stress, kind)?;
             let work = strain.iter().zip(&stress).map(|(e, s)| e * s).sum();
             self.upright(work, &mut strain, "strain");
-            return Record::creep_under(time, strain, stress);
+            let errors = self.errors_of(Column::Strain, 1.0);
+            return Record::creep_under(time, strain, stress)?.with_errors(&errors, &[]);
         }
         let stress = held(reading.stress_pa, self.take(Column::Stress), STRESS, " Pa")?;
         let most = strain.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let mut compliance: Vec<f64> = strain.iter().map(|strain| strain / stress).collect();
         self.upright(compliance.iter().sum(), &mut compliance, "strain");
-        Ok(Record::creep(time, compliance)?.with_strain_to(most))
+        let errors = self.errors_of(Column::Strain, stress);
+        let record = Record::creep(time, compliance)?.with_errors(&errors, &[])?;
+        Ok(record.with_strain_to(most))
     }
 
     fn oscillation(&mut self) -> Result<Record, IdentifyError> {
@@ -743,7 +778,15 @@ impl Assembly {
         if !self.0.lines.is_empty() {
             self.0.lines = order.iter().map(|&i| self.0.lines[i]).collect();
         }
-        Record::oscillation(sorted(&omega), sorted(&storage), sorted(&loss))
+        let record = Record::oscillation(sorted(&omega), sorted(&storage), sorted(&loss))?;
+        let both = [Column::Storage, Column::Loss];
+        let has_errors = |column: &Column| self.0.errors.iter().any(|errors| errors.0 == *column);
+        if !both.iter().all(has_errors) {
+            return Ok(record);
+        }
+        let errors = both.map(|column| sorted(&self.errors_of(column, 1.0)));
+        let [of_storage, of_loss]: [Vec<f64>; 2] = errors;
+        record.with_errors(&of_storage, &of_loss)
     }
 
     /// Times, or the same one for all samples of a table without.
@@ -769,7 +812,8 @@ impl Assembly {
         let work = pairs.map(|(strain, stress)| strain * stress).sum();
         self.upright(work, &mut stress, "stress");
         without_noise(&mut strain);
-        Record::history(time, strain, stress)
+        let errors = self.errors_of(Column::Stress, 1.0);
+        Record::history(time, strain, stress)?.with_errors(&errors, &[])
     }
 
     /// Of an indenter.
@@ -789,7 +833,9 @@ impl Assembly {
         let work = both.map(|(depth, load)| (depth - above) * (load - at_rest));
         self.upright(work.sum(), &mut force, "force");
         let specimen = specimen(loading, poisson_ratio)?;
-        Record::pressed_from(contact, time, position, force, &specimen)
+        let errors = self.errors_of(Column::Force, 1.0);
+        let record = Record::pressed_from(contact, time, position, force, &specimen)?;
+        record.with_errors(&errors, &[])
     }
 }
 

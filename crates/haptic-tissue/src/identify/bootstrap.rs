@@ -1,6 +1,6 @@
 //! Intervals of parameters by fitting again to records that might have been.
 //!
-//! Each is the fitted curve and the residuals of the fit, drawn anew in blocks of some lengths over which residuals are alike:
+//! Each is the fitted curve and the residuals of the fit, over their errors where these are known, drawn anew in blocks of some lengths over which residuals are alike:
 //! 1 sample for white noise, ⌈4τ⌉ for noise of which one in τ is independent, an eighth of the record at most. Slow noise has its slow
 //! part in the fit and not in the residuals: the profiles give it back, the bootstrap does not, and is narrower. The interval is from
 //! the 2.5 % to the 97.5 % point of the refitted parameters. Records are numbered and each number seeds its own generator, so that the
@@ -30,7 +30,7 @@ pub(super) fn intervals(
     let n = target.len();
     let (mut curve, mut residuals) = (vec![0.0; n], vec![0.0; n]);
     target.residuals(candidate, &best.elements, |i, _, slope| {
-        residuals[i] = slope.value;
+        residuals[i] = slope.value / target.noise_size(i);
         curve[i] = slope.value + target.wanted(i);
     });
     let alike = n as f64 / independent;
@@ -46,8 +46,9 @@ pub(super) fn intervals(
                 return None;
             }
             let drawn = draw(&residuals, block, seed.wrapping_add(record as u64));
-            let pairs = curve.iter().zip(drawn);
-            let values = pairs.map(|(curve, residual)| curve + residual);
+            let pairs = curve.iter().zip(drawn).enumerate();
+            let values =
+                pairs.map(|(n, (curve, residual))| curve + residual * target.noise_size(n));
             let target = target.with_values(values.collect());
             let fit = minimise(
                 &Compared(candidate, &target),

@@ -118,7 +118,7 @@ fn by_few(record: &Record, options: &Options, stop: &AtomicBool) -> f64 {
         let fit = fitted_to(candidate, &target, &best).0;
         let count = fit.predicted.len() as f64;
         let numbers = fit.parameters.len() as f64;
-        let left = 2.0 * count * libm::log(fit.rms.max(f64::MIN_POSITIVE));
+        let left = 2.0 * count * libm::log(fit.weighted.max(f64::MIN_POSITIVE));
         Some(left + target.ln_sizes() + numbers * libm::log(count))
     });
     evidence.min_by(f64::total_cmp).unwrap_or(f64::INFINITY)
@@ -186,6 +186,7 @@ pub(super) fn identified(
     fitted.insert(0, first);
     let mut warnings = record.warnings.clone();
     warnings.extend(failed.iter().map(ToString::to_string));
+    warnings.extend(advice::about_errors(&fitted[0].fit, &target));
     let bics = fitted.iter().map(|fitted| fitted.fit.bic);
     let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
     for (index, tried) in fitted.iter_mut().enumerate() {
@@ -318,7 +319,7 @@ fn compare<'a>(
     is_own_log: bool,
 ) -> Option<Reference<'a>> {
     let closest = fitted.iter_mut().filter_map(Tried::noisy);
-    let closest = closest.min_by(|a, b| a.0.rms.total_cmp(&b.0.rms));
+    let closest = closest.min_by(|a, b| a.0.weighted.total_cmp(&b.0.weighted));
     let closest = closest.map(|(_, by)| (by.candidate, &by.best));
     let reference = (!is_own_log).then(|| Reference::of(target, closest));
     let reference = reference.flatten();
@@ -400,7 +401,8 @@ pub(super) fn noisy<'r, 's>(
     record: &'r Record,
     first: impl FnOnce(&'r Record) -> Option<(Fit, Target<'s>)>,
 ) -> Record {
-    let is_known = record.motions.iter().any(|motion| motion.noise.is_some());
+    let is_known =
+        !record.errors.is_empty() || record.motions.iter().any(|motion| motion.noise.is_some());
     let first = if record.motions.len() < 2 || is_known {
         None
     } else {
@@ -467,7 +469,8 @@ fn chosen<'a>(
     let all = places.clone();
     let is_needless = |series: &Fit| {
         let few = |fit: &Fit| {
-            fit.parameters.len() < series.parameters.len() && fit.rms <= LITTLE * series.rms
+            fit.parameters.len() < series.parameters.len()
+                && fit.weighted <= LITTLE * series.weighted
         };
         all.clone().any(|(_, fit)| !is_series(fit) && few(fit))
     };

@@ -433,13 +433,13 @@ impl Search<'_> {
         let mut matrix = DMatrix::zeros(rows, columns);
         let mut right = DVector::zeros(rows);
         let chosen = target.chosen();
-        target.residuals(place.candidate, &elements, |n, _, slope| {
-            right[n] = -slope.value * target.scale;
+        target.residuals(place.candidate, &elements, |n, root, slope| {
+            right[n] = -root * slope.value * target.scale;
             for (k, &variable) in place.free.iter().enumerate() {
-                matrix[(n, k)] = slope.by[variable] * target.scale;
+                matrix[(n, k)] = root * slope.by[variable] * target.scale;
             }
             for (k, column) in record.nuisance.iter().enumerate() {
-                matrix[(n, memory + k)] = column[chosen[n]];
+                matrix[(n, memory + k)] = root * column[chosen[n]];
             }
         });
         // With columns of length 1; one of 0 has no part.
@@ -452,7 +452,7 @@ impl Search<'_> {
         let inverse = inverse.unwrap_or_else(|_| DMatrix::zeros(columns, rows));
         let solved = &inverse * right;
         let freedom = (fit.independent - columns as f64).max(1.0);
-        let deviation = fit.rms * libm::sqrt(rows as f64 / freedom);
+        let deviation = fit.weighted * libm::sqrt(rows as f64 / freedom);
         let t = student(freedom);
         // N/Pa, if the stress was made of the force of an indenter.
         let touch = self.record.touch.as_ref();

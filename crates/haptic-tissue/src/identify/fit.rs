@@ -32,6 +32,8 @@ pub struct Fit {
     pub correlation: Vec<Vec<f64>>,
     /// Root of the mean square of the residuals, without weights: of the logarithm, or Pa for a history.
     pub rms: f64,
+    /// The same with weights.
+    pub weighted: f64,
     /// n·ln(S/n) + 2k, of the weighted sum of squares S, n residuals and k parameters, the noise among them: one at an end of its range
     /// was put there by the record too, one that is held was not.
     pub aic: f64,
@@ -77,7 +79,7 @@ impl Fit {
     /// By BIC; if equal, as for all with the same number of parameters and residuals below the accuracy of the record, by
     /// the residual.
     pub(super) fn by_bic(&self, other: &Self) -> Ordering {
-        let left = || self.rms.total_cmp(&other.rms);
+        let left = || self.weighted.total_cmp(&other.weighted);
         self.bic.total_cmp(&other.bic).then_with(left)
     }
 
@@ -168,6 +170,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
         ),
         correlation: covariance.as_ref().map(correlation).unwrap_or_default(),
         rms: libm::sqrt(residuals.iter().map(|r| r * r).sum::<f64>() / n as f64),
+        weighted: target.scale * libm::sqrt(weighted.iter().map(|r| r * r).sum::<f64>() / n as f64),
         aic,
         bic,
         predicted,

@@ -25,3 +25,4 @@ pub(in crate::identify) const STRAIN: Key = Key("strain");
 pub(in crate::identify) const STRESS: Key = Key("stress_pa");
 pub(in crate::identify) const TEMPERATURE: Key = Key("temperature");
 pub(in crate::identify) const THICKNESS: Key = Key("thickness_m");
+pub(in crate::identify) const WEIGHTS: Key = Key("weights");

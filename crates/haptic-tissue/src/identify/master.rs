@@ -194,19 +194,29 @@ pub fn master_curve(
 /// Records of one kind as one, each with its factor of time or frequency.
 fn joined<'a>(records: impl Iterator<Item = (f64, &'a Record)>) -> Result<Record, IdentifyError> {
     let (mut kind, mut samples) = (RecordKind::Relaxation, Vec::new());
+    let mut has_errors = true;
     for (factor, record) in records {
         kind = record.kind;
         for (i, x) in record.x.iter().enumerate() {
             let second = record.second.get(i).copied().unwrap_or_default();
-            samples.push([x * factor, record.first[i], second]);
+            let error = |n: usize| record.errors.get(n).copied().unwrap_or_default();
+            let errors = [error(i), error(record.x.len() + i)];
+            has_errors &= !record.errors.is_empty();
+            samples.push([x * factor, record.first[i], second, errors[0], errors[1]]);
         }
     }
     samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let [x, first, second] = [0, 1, 2].map(|k| samples.iter().map(|sample| sample[k]).collect());
-    match kind {
+    let columns = [0, 1, 2, 3, 4].map(|k| samples.iter().map(|sample| sample[k]).collect());
+    let [x, first, second, errors, of_loss]: [Vec<f64>; 5] = columns;
+    let record = match kind {
         RecordKind::Oscillation => Record::oscillation(x, first, second),
         RecordKind::Creep => Record::creep(x, first),
         RecordKind::Relaxation | RecordKind::History => Record::relaxation(x, first),
+    }?;
+    if has_errors {
+        record.with_errors(&errors, &of_loss)
+    } else {
+        Ok(record)
     }
 }
 

@@ -52,12 +52,12 @@ impl Options {
 }
 
 impl Default for Options {
-    /// All candidates, equal weights, 40 starts, no bootstrap.
+    /// All candidates, weights by errors, 40 starts, no bootstrap.
     fn default() -> Self {
         Self {
             candidates: CANDIDATES.to_vec(),
             chosen: None,
-            weighting: Weighting::Equal,
+            weighting: Weighting::Errors,
             starts: Self::STARTS,
             bootstrap: 0,
             seed: 1,

@@ -4,7 +4,7 @@ use super::commanded::{self, Level};
 use super::error::IdentifyError;
 use crate::identify::keys::{
     CONTACT_POINT, FROM, KIND, MASTER_CURVE, RAMP_ENDS, RAMP_TIME, REPLICATES, STRAIN,
-    SUBTRACT_START, THICKNESS,
+    SUBTRACT_START, THICKNESS, WEIGHTS,
 };
 use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::enumerated;
@@ -62,6 +62,8 @@ pub(super) struct Touch {
     pub(super) time_s: Vec<f64>,
     pub(super) depth_m: Vec<f64>,
     pub(super) force_n: Vec<f64>,
+    /// Errors of the force, N, if they are known.
+    error_n: Vec<f64>,
     pub(super) specimen: Specimen,
     /// Sentences about what is left out of it.
     left_out: Vec<String>,
@@ -73,8 +75,14 @@ impl Touch {
         let chosen: Vec<usize> = (0..1)
             .chain(chosen(&self.time_s, self.time_s[0], most))
             .collect();
-        let chosen_of = |values: &[f64]| chosen.iter().map(|&i| values[i]).collect();
+        let chosen_of = |values: &[f64]| {
+            chosen
+                .iter()
+                .filter_map(|&i| values.get(i).copied())
+                .collect()
+        };
         Self {
+            error_n: chosen_of(&self.error_n),
             time_s: chosen_of(&self.time_s),
             depth_m: chosen_of(&self.depth_m),
             force_n: chosen_of(&self.force_n),
@@ -108,6 +116,11 @@ pub struct Record {
     /// Modulus, compliance, storage modulus, or strain.
     pub(super) first: Vec<f64>,
     pub(super) second: Vec<f64>,
+    /// Errors of the values that are fitted, in their unit, all of `first` before those of `second`; none if they are not known.
+    pub(super) errors: Vec<f64>,
+    /// The number of each sample among those that were given, and their unit over that of the values that are fitted.
+    given: Vec<usize>,
+    per: f64,
     /// The motions of a history.
     pub(super) motions: Vec<Motion>,
     /// Of one motion of an indenter.
@@ -292,6 +305,7 @@ impl Record {
         let compliance: Vec<f64> = strain[rows..].iter().map(|strain| strain / held).collect();
         let mut record = Self::plain(RecordKind::Creep, since, compliance, Vec::new());
         (record.later, record.steps) = (late, early);
+        (record.given, record.per) = ((rows..time_s.len()).collect(), held.abs());
         record.is_absolute = true;
         Ok(record.with_strain_to(most))
     }
@@ -306,7 +320,9 @@ impl Record {
                 ..self.clone()
             });
         }
-        if self.has_steps() && self.first.iter().all(|value| *value > 0.0) {
+        // Errors say of what kind the noise is.
+        if self.has_steps() && self.errors.is_empty() && self.first.iter().all(|value| *value > 0.0)
+        {
             let logarithmic = |one: &Self| Self {
                 is_absolute: false,
                 ..one.clone()
@@ -473,6 +489,7 @@ impl Record {
             time_s,
             depth_m,
             force_n,
+            error_n: Vec::new(),
             specimen: *specimen,
             left_out: Vec::new(),
         };
@@ -561,6 +578,8 @@ impl Record {
         if !motion.can_stiffen {
             record.forget_strain();
         }
+        record.per = area;
+        record.errors = touch.error_n.iter().map(|error| error / area).collect();
         record.warnings.extend(warnings);
         Ok(record)
     }
@@ -610,6 +629,11 @@ impl Record {
                 (Some(a), Some(b)) => Some([a[0].min(b[0]), a[1].max(b[1])]),
                 (a, b) => a.or(b),
             };
+            if all.errors.is_empty() != other.errors.is_empty() {
+                let some = "some of the motions have errors and some have none: they do not count";
+                all.warnings.push(some.to_owned());
+            }
+            all.errors.extend(other.errors);
             all.x.extend(other.x.iter().map(|x| x - other.x[0]));
             all.first.extend(other.first);
             all.second.extend(other.second);
@@ -620,7 +644,53 @@ impl Record {
             all.warnings.extend(other.warnings);
         }
         lengths(&all.x, &all.first, None)?;
+        if all.errors.len() < all.x.len() {
+            all.errors.clear();
+        }
         Ok(all)
+    }
+
+    /// With an error of each sample that was given, in its unit: of the modulus, compliance, strain of a creep, stress or force, and of the loss
+    /// modulus beside the storage modulus. They weigh the samples against each other, so that standard deviations and standard errors are
+    /// alike; none are no errors.
+    ///
+    /// # Errors
+    /// Another number of errors than of samples; one that is not above 0 and finite.
+    pub fn with_errors(mut self, errors: &[f64], of_loss: &[f64]) -> Result<Self, IdentifyError> {
+        if errors.is_empty() && of_loss.is_empty() {
+            return Ok(self);
+        }
+        let whole: Vec<usize> = (0..self.x.len()).collect();
+        let given = if self.given.is_empty() {
+            &whole
+        } else {
+            &self.given
+        };
+        let is_sweep = self.kind == RecordKind::Oscillation;
+        let parts = [Some(errors), is_sweep.then_some(of_loss)];
+        for part in parts.into_iter().flatten() {
+            if given.iter().any(|n| *n >= part.len()) {
+                return Err(IdentifyError::Record(
+                    "there is not an error for each sample: give one for each, or none".to_owned(),
+                ));
+            }
+            let wrong = part
+                .iter()
+                .position(|error| !(*error > 0.0 && error.is_finite()));
+            without(wrong, |index| {
+                format!(
+                    "the error {} is not above 0 and finite: correct it, omit the row, or give {}, which leaves all errors out",
+                    Shown(part[index]),
+                    WEIGHTS.set_to("equal")
+                )
+            })?;
+            self.errors
+                .extend(given.iter().map(|n| part[*n] / self.per));
+        }
+        if let Some(touch) = &mut self.touch {
+            touch.error_n = errors[..touch.force_n.len()].to_vec();
+        }
+        Ok(self)
     }
 
     /// With what the instrument of a motion leaves open of its force: columns, a number for each sample, over the noise, of which a sum with
@@ -788,6 +858,7 @@ impl Record {
             for column in [&mut record.x, &mut record.first, &mut record.second] {
                 *column = order.iter().map(|&i| column[i]).collect();
             }
+            record.given = order;
         }
         increasing(&record.x, what, unit, |before, after| before > after)?;
         constant(&record.first, one, of)?;
@@ -798,21 +869,26 @@ impl Record {
     /// A modulus that has decayed by [`RESOLVED`] is rounding, of the model too: its logarithm would outweigh all others.
     fn leave_out_the_unmeasurable(&mut self) {
         let least = RESOLVED * self.first.iter().copied().fold(0.0, f64::max);
-        let pairs = self.x.iter().zip(&self.first);
-        let kept = pairs.filter(|pair| *pair.1 >= least);
-        let (x, first): (Vec<f64>, Vec<f64>) = kept.unzip();
-        let left_out = self.x.len() - x.len();
-        if left_out > 0 && x.len() >= FEW_RESOLVED {
+        let is_kept = |n: &usize| self.first[*n] >= least;
+        let kept: Vec<usize> = (0..self.x.len()).filter(is_kept).collect();
+        let left_out = self.x.len() - kept.len();
+        if left_out > 0 && kept.len() >= FEW_RESOLVED {
             self.warnings.push(format!(
                 "{left_out} samples are below {RESOLVED:e} of the largest modulus, which no instrument resolves: they do not count"
             ));
-            (self.x, self.first) = (x, first);
+            for column in [&mut self.x, &mut self.first] {
+                *column = kept.iter().map(|&n| column[n]).collect();
+            }
+            self.given = kept;
         }
     }
 
     const fn plain(kind: RecordKind, x: Vec<f64>, first: Vec<f64>, second: Vec<f64>) -> Self {
         Self {
             kind,
+            given: Vec::new(),
+            per: 1.0,
+            errors: Vec::new(),
             x,
             first,
             second,

@@ -148,7 +148,11 @@ fn all(kind: ModelKind, specimens: &[Identification], spreads: &[Spread]) -> Ide
         product / sizes / (specimens.len() as f64 - 1.0)
     };
     let predicted = joined(|specimen| &specimen.fits[0].predicted);
-    let squares = fits().map(|fit| fit.rms * fit.rms * fit.predicted.len() as f64);
+    let count = predicted.len() as f64;
+    let mean = |rms: fn(&Fit) -> f64| {
+        let squares = fits().map(|fit| rms(fit) * rms(fit) * fit.predicted.len() as f64);
+        libm::sqrt(squares.sum::<f64>() / count)
+    };
     let parameters = 0..spreads.len();
     let fit = Fit {
         kind,
@@ -156,7 +160,8 @@ fn all(kind: ModelKind, specimens: &[Identification], spreads: &[Spread]) -> Ide
         correlation: (parameters.clone())
             .map(|a| parameters.clone().map(|b| correlation(a, b)).collect())
             .collect(),
-        rms: libm::sqrt(squares.sum::<f64>() / predicted.len() as f64),
+        rms: mean(|fit| fit.rms),
+        weighted: mean(|fit| fit.weighted),
         aic: fits().map(|fit| fit.aic).sum(),
         bic: fits().map(|fit| fit.bic).sum(),
         predicted,

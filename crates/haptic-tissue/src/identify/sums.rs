@@ -549,6 +549,8 @@ fn fitted(
         }
     });
     let misses = sum.misses(target);
+    let weighted = target.through(&misses);
+    let weighted = weighted.iter().map(|miss| miss * miss).sum::<f64>() / misses.len() as f64;
     let squares = misses.iter().map(|miss| miss * miss).sum::<f64>();
     let predicted = misses.iter().enumerate();
     is_settled.then(|| Fit {
@@ -556,6 +558,7 @@ fn fitted(
         parameters: estimates.collect(),
         correlation: covariance.as_ref().map(correlation).unwrap_or_default(),
         rms: target.scale * libm::sqrt(squares / misses.len() as f64),
+        weighted: target.scale * libm::sqrt(weighted),
         aic,
         bic,
         predicted: predicted

@@ -4,7 +4,7 @@
 //! oscillation        rᵢ = ln Re M(iω_i) − ln G'_i,  then the same of Im M and G''
 //! any motion         rᵢ = (σ(tᵢ) − σᵢ)/σ_rms
 //! ```
-//! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean, or of several motions, whose noise differs,
+//! each times √wᵢ, where w is 1, or the square of the geometric mean of the errors (of logarithms their shares) over the own one, or the spacing of the samples in ln t over its mean, or of several motions, whose noise differs,
 //! the noise of the mean over that of the own motion, squared.
 
 use super::elements::Candidate;
@@ -22,8 +22,10 @@ fracdiff::enumerated! {
     /// The weights of the samples.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Weighting {
-        /// Each sample counts the same, so that crowded samples count together.
+        /// Each sample counts by its error, where the record has errors; else all count the same.
         #[default]
+        Errors "errors" "by the errors in a column beside the measured one; without it all count the same",
+        /// Each sample counts the same, so that crowded samples count together.
         Equal "equal" "all samples count the same",
         /// Each sample counts as much as it covers of ln t (or ln ω): for samples that crowd at one end.
         LogSpacing "log-spacing" "by spacing in log time or frequency",
@@ -47,6 +49,8 @@ pub(super) struct Target<'a> {
     wanted: Vec<f64>,
     /// The root of the weight of each residual.
     roots: Vec<f64>,
+    /// Geometric mean of the errors by which residuals are weighted, in their unit; none if they are not.
+    pub(super) error: Option<f64>,
     /// Unit of time, s: 1/t₀ is in the middle of the record.
     pub(super) unit_s: f64,
     /// Unit of the residuals: 1, or the root of the mean square of the stress, Pa.
@@ -118,13 +122,14 @@ const SAMPLES_OF_STEPS: usize = 2000;
 impl<'a> Target<'a> {
     pub(super) fn new(record: &Record, weighting: Weighting, stop: &'a AtomicBool) -> Self {
         if record.kind == RecordKind::History {
-            return Self::of_history(record, stop);
+            return Self::of_history(record, weighting, stop);
         }
         let ln_x: Vec<f64> = record.x.iter().map(|&x| libm::log(x)).collect();
         let middle = 0.5 * (ln_x[0] + ln_x[ln_x.len() - 1]);
         let relative: Vec<f64> = ln_x.iter().map(|x| x - middle).collect();
         let parts = 1 + usize::from(!record.second.is_empty());
         let roots = roots(&relative, weighting, parts);
+        let errors = Some(&record.errors).filter(|_| weighting == Weighting::Errors);
         let stepped = (record.has_steps()).then(|| Stepped::new(record, middle));
         let values = [&record.first[..], &record.second].concat();
         let chosen = stepped.as_ref().map(|stepped| stepped.chosen.clone());
@@ -138,6 +143,11 @@ impl<'a> Target<'a> {
         let size = libm::sqrt(values.iter().map(|x| x * x).sum::<f64>() / count);
         let is_absolute = record.is_absolute();
         let scale = if is_absolute { size } else { 1.0 };
+        let errors = errors.filter(|errors| !errors.is_empty()).map(|errors| {
+            let pairs = chosen.iter().zip(&values);
+            by_errors(pairs.map(|(&n, value)| errors[n] / if is_absolute { scale } else { *value }))
+        });
+        let (error, roots) = errors.map_or((None, roots), |(error, roots)| (Some(error), roots));
         let wanted = values.iter().map(|x| {
             if is_absolute {
                 x / scale
@@ -165,6 +175,7 @@ impl<'a> Target<'a> {
             },
             wanted,
             roots,
+            error,
             unit_s: libm::exp(unit),
             scale,
             middle: 0.5 * (low + high) * sign,
@@ -179,7 +190,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    fn of_history(record: &Record, stop: &'a AtomicBool) -> Self {
+    fn of_history(record: &Record, weighting: Weighting, stop: &'a AtomicBool) -> Self {
         let mut begin = 0;
         let samples = record.motions.iter().map(|motion| {
             begin += motion.samples;
@@ -210,15 +221,24 @@ impl<'a> Target<'a> {
                 }
             })
             .collect();
-        let history = History::new(&motions, &record.nuisance, &record.bounded);
+        let has_errors = weighting == Weighting::Errors && !record.errors.is_empty();
+        let errors: &[f64] = if has_errors { &record.errors } else { &[] };
+        let history = History::new(&motions, &record.nuisance, &record.bounded, errors);
         let (scale, count) = (history.stress_scale, history.chosen.len() as f64);
         let compared = |range: &Range<usize>| {
             let before = |end: usize| history.chosen.partition_point(|&n| n < end);
             before(range.end) - before(range.start)
         };
+        let weighed = has_errors.then(|| {
+            let chosen = history.chosen.iter();
+            by_errors(chosen.map(|&n| errors[n] / scale))
+        });
+        let of_motions = || (None, roots_of_motions(record, &history.chosen, scale));
+        let (error, roots) = weighed.map_or_else(of_motions, |(error, roots)| (Some(error), roots));
         Self {
             wanted: history.wanted.clone(),
-            roots: roots_of_motions(record, &history.chosen, scale),
+            roots,
+            error,
             unit_s: history.unit_s,
             scale,
             middle: libm::log(scale / history.strain_scale),
@@ -439,6 +459,11 @@ impl<'a> Target<'a> {
         finite
     }
 
+    /// Size of the noise of a residual, over that of another: 1 unless its error is known.
+    pub(super) fn noise_size(&self, n: usize) -> f64 {
+        self.error.map_or(1.0, |_| 1.0 / self.roots[n])
+    }
+
     /// Target value: a logarithm, or a stress over its scale.
     pub(super) fn wanted(&self, n: usize) -> f64 {
         self.wanted[n]
@@ -640,7 +665,7 @@ fn ends(values: &[f64]) -> (f64, f64) {
 fn roots(ln_x: &[f64], weighting: Weighting, parts: usize) -> Vec<f64> {
     let n = ln_x.len();
     let one: Vec<f64> = match weighting {
-        Weighting::Equal => vec![1.0; n],
+        Weighting::Errors | Weighting::Equal => vec![1.0; n],
         Weighting::LogSpacing => {
             let covered = |i: usize| 0.5 * (ln_x[(i + 1).min(n - 1)] - ln_x[i.saturating_sub(1)]);
             let mean = (0..n).map(covered).sum::<f64>() / n as f64;
@@ -648,6 +673,14 @@ fn roots(ln_x: &[f64], weighting: Weighting, parts: usize) -> Vec<f64> {
         }
     };
     one.repeat(parts)
+}
+
+/// Geometric mean of these errors, and √w of each: that mean over it, so that the weights leave the product of the errors as it is and criteria of
+/// two readings compare.
+fn by_errors(errors: impl Iterator<Item = f64> + Clone) -> (f64, Vec<f64>) {
+    let count = errors.clone().count() as f64;
+    let mean = libm::exp(errors.clone().map(libm::log).sum::<f64>() / count);
+    (mean, errors.map(|error| mean / error).collect())
 }
 
 /// √w of each sample: 1, or of several motions by the noise of each. The sum of squares is about that of errors relative to the own

@@ -4,6 +4,7 @@
 mod campaign;
 mod cases;
 mod contact;
+mod errors;
 mod fits;
 mod golden;
 mod history;

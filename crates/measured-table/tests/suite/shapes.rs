@@ -114,3 +114,67 @@ fn a_table_tells_what_each_column_is_taken_for() {
         "{read:?}"
     );
 }
+
+/// Names of a column of errors behind `time_s` and a measured column, and the first error in SI units of a first value of 5; `-` if it is none.
+const ERRORS: &str = "\
+    modulus_pa | modulus_sd_pa | 2
+    modulus_pa | modulus_std_kpa | 2000
+    modulus_pa | modulus_pa_err | 2
+    G(t) (kPa) | SD | 2000
+    G(t) (kPa) | ± | 2000
+    G(t) [kPa] | +/- [Pa] | 2
+    G(t) [kPa] | Std. Dev. [kPa] | 2000
+    G(t) (kPa) | G(t) (SD) | 2000
+    G(t) (Pa) | u(G(t)) | 2
+    G(t) (Pa) | G(t) (Pa) SEM | 2
+    G(t) (Pa) | error (%) | 0.1
+    relaxation modulus / MPa | Standard deviation of relaxation modulus / MPa | 2000000
+    Creep compliance (1/kPa) | uncertainty of creep compliance (1/MPa) | 0.000002
+    compliance_per_pa | compliance_stderr_per_kpa | 0.002
+    Spannung (kPa) | Standardabweichung Spannung (kPa) | 2000
+    stress (kPa) | σ(stress) | 2000
+    strain (%) | strain std (%) | 0.02
+    log10 G(t) (Pa) | sd | 460517.0186
+    modulus_pa | gain | -
+    modulus_pa | force_sd_n | -
+    modulus_pa | SD (mm) | -
+    modulus_pa | Standardkraft (N) | -";
+
+#[test]
+fn errors_are_found_by_name_or_beside_their_column() {
+    for row in ERRORS.lines() {
+        let row: Vec<&str> = row.trim().split(" | ").collect();
+        let [column, errors, size] = row[..] else {
+            panic!("{row:?}")
+        };
+        let text = format!("time_s;{column};{errors};note\n1;5;2;9\n2;4;1;9\n3;3;1;9\n");
+        let read = all(&text, &[], "").expect(&text).remove(0);
+        let first = read.errors.first().map(|errors| errors.2[0]);
+        let wanted: Option<f64> = size.parse().ok();
+        let is_near = |(a, b): (f64, f64)| (a / b - 1.0).abs() < 1e-9;
+        assert_eq!(first.is_some(), wanted.is_some(), "{text}: {first:?}");
+        assert!(first.zip(wanted).is_none_or(is_near), "{text}: {first:?}");
+        let explained = Reader::default().explained(&read_table(text.as_bytes()).expect("a table"));
+        let taken = explained[2].taken_for.as_deref().unwrap_or("-");
+        assert_eq!(
+            taken.starts_with("error of "),
+            wanted.is_some(),
+            "{text}: {taken}"
+        );
+        assert_eq!(
+            explained[2].first_value.filter(|_| wanted.is_some()),
+            first,
+            "{text}"
+        );
+    }
+    // Columns that a user named have theirs too; of two the first counts, and a row without an error is left out.
+    let text = "X;Y;Y SD;Y SEM\n1;9;2;1\n2;8;;1\n3;7;1;1\n4;6;3;1\n";
+    let chosen = [(Column::Time, "X"), (Column::Modulus, "Y")];
+    let read = all(text, &chosen, "").expect("a segment").remove(0);
+    let (column, name, errors) = &read.errors[0];
+    assert_eq!(
+        (*column, &name[..], &errors[..]),
+        (Column::Modulus, "Y SD", &[2.0, 1.0, 3.0][..])
+    );
+    assert_eq!(read.values[1].2, [9.0, 7.0, 6.0]);
+}

@@ -199,6 +199,7 @@ mod tests {
             parameters: Vec::new(),
             correlation: Vec::new(),
             rms: 1.12,
+            weighted: 1.12,
             aic: 0.0,
             bic: 0.0,
             predicted: vec![100.0 * (-1.12_f64).exp(), 110.0],
