@@ -302,7 +302,9 @@ impl RecordQuestion {
     fn choosing(chosen: Option<ModelKind>) -> Options {
         let wanted = |candidate: &ModelKind| {
             let parameters = |kind: ModelKind| kind.parameters().len();
-            let fewer = |one: ModelKind| parameters(*candidate) < parameters(one);
+            // A series has as many parameters as the record shows branches.
+            let is_series = *candidate == ModelKind::Prony;
+            let fewer = |one: ModelKind| !is_series && parameters(*candidate) < parameters(one);
             chosen.is_none_or(|one| *candidate == one || fewer(one))
         };
         Options {
@@ -663,5 +665,8 @@ mod tests {
         assert_eq!(full.reader.segments, ["1", "3"]);
         assert!(full.options.candidates.contains(&ModelKind::Spring));
         assert!(!full.options.candidates.contains(&ModelKind::Zener));
+        let rich = question(r#"{"model": "fractional-zener"}"#).expect("a question");
+        assert!(rich.options.candidates.contains(&ModelKind::Jeffreys));
+        assert!(!rich.options.candidates.contains(&ModelKind::Prony));
     }
 }
