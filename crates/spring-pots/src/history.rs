@@ -8,15 +8,12 @@
 //! ‖Rq − Qᵀσ‖² and what Q leaves of σ. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
 //! Between its corners a motion is smooth, and its rate goes straight within a step: errors fall with the square of the step, of a dashpot too.
 //!
-//! A part B·c of the stress beside the model's, such as a baseline, with B known and c not, is projected out of both sides:
-//! r = P(WQ − σ), P = 1 − BB⁺. PW and Pσ replace W and σ once, so that a model costs no more, and errors of
-//! the parameters account for the fit of c (G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, 2003).
-//! Of parts D·d whose d are known to be normal with deviation 1, with D in deviations of the noise: ‖P(WQ − σ)‖² = min over d of
-//! ‖WQ + D·d − σ‖² + ‖d‖², with P = 1 − U·(1 − 1/√(1 + S²))·Uᵀ and D = `USVᵀ`. Small parts are left in, large ones are projected out.
-//! Where samples have errors, all rows are over them in this.
+//! Parts of the stress beside the model's, such as a baseline, are [taken out](crate::Doubts) of both sides: PW and Pσ replace W and σ once, so
+//! that a model costs no more. Where samples have errors, all rows are over them in this.
 
 use crate::contour::{Contour, Quantity};
 use crate::cubic;
+use crate::doubts::Doubts;
 use crate::elements::{Elements, Slope};
 use crate::joint::Joint;
 use crate::mode::SpectralMode;
@@ -147,50 +144,18 @@ impl History {
         if nuisance.is_empty() && bounded.is_empty() {
             return;
         }
-        let rows = self.chosen.len();
-        let chosen = self.chosen.iter();
-        let sizes = chosen.map(|&n| errors.get(n).copied().unwrap_or(1.0));
-        let sizes: Vec<f64> = sizes.collect();
-        let of = |columns: &[Vec<f64>]| {
-            let at = |row: usize, n: usize| columns[n][self.chosen[row]] / sizes[row];
-            DMatrix::from_fn(rows, columns.len(), at)
+        let at = |values: &[f64], n: usize| values.get(n).copied().unwrap_or(1.0);
+        let errors: Vec<f64> = self.chosen.iter().map(|&n| at(errors, n)).collect();
+        let of = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            let part = |column: &Vec<f64>| {
+                let chosen = self.chosen.iter().zip(&errors);
+                chosen.map(|(&n, error)| column[n] / error).collect()
+            };
+            columns.iter().map(part).collect()
         };
-        let free = (!nuisance.is_empty()).then(|| of(nuisance).qr().q());
-        let mut shares = vec![1.0; nuisance.len()];
-        let bounded = (!bounded.is_empty()).then(|| {
-            let mut columns = of(bounded);
-            for free in free.iter().flat_map(DMatrix::column_iter) {
-                let parts = columns.tr_mul(&free);
-                columns -= free * parts.transpose();
-            }
-            // By the triangle of D, which has few rows.
-            let (unit, triangle) = columns.qr().unpack();
-            let parts = triangle.svd(true, false);
-            let sizes = parts.singular_values.iter();
-            shares.extend(sizes.map(|size| 1.0 - 1.0 / libm::sqrt(1.0 + size * size)));
-            parts
-                .u
-                .map_or(DMatrix::zeros(rows, 0), |turned| unit * turned)
-        });
-        let units = free.iter().chain(&bounded).flat_map(DMatrix::column_iter);
-        let units: Vec<_> = units.zip(shares).collect();
-        let without = |values: &mut [f64]| {
-            let width = values.len() / rows;
-            for (column, share) in &units {
-                let mut sums = vec![0.0; width];
-                let parts = || column.iter().zip(&sizes);
-                for (row, (part, size)) in values.chunks_exact(width).zip(parts()) {
-                    let part = part / size;
-                    (sums.iter_mut().zip(row)).for_each(|(sum, value)| *sum += part * value);
-                }
-                for (row, (part, size)) in values.chunks_exact_mut(width).zip(parts()) {
-                    let part = share * part * size;
-                    (row.iter_mut().zip(&sums)).for_each(|(value, sum)| *value -= part * sum);
-                }
-            }
-        };
-        without(&mut self.weights);
-        without(&mut self.wanted);
+        let doubts = Doubts::new(self.chosen.len(), &of(nuisance), &of(bounded));
+        doubts.take_out(&mut self.weights, &errors);
+        doubts.take_out(&mut self.wanted, &errors);
     }
 
     /// W of the stress at a time.

@@ -8,6 +8,8 @@ mod binned;
 mod bounded;
 mod contour;
 mod cubic;
+#[cfg(feature = "fit")]
+mod doubts;
 mod elements;
 #[cfg(feature = "fit")]
 mod history;
@@ -25,6 +27,7 @@ pub use modes::{LANES, crept, decays, excess, relaxed};
 pub use {
     binned::Binned,
     bounded::{Effort, Minimum, Problem, Pull, minimise},
+    doubts::Doubts,
     history::{History, Moved, chosen},
     mode::SpectralMode,
 };

@@ -11,7 +11,7 @@ use super::reference::{LEAST, Misfit, Reference};
 use super::search::{Best, polished, search};
 use super::sums::{self, Found};
 use super::target::Target;
-use super::{advice, bootstrap, profile, rendered, whitened};
+use super::{advice, bootstrap, instants, profile, rendered, whitened};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 use rayon::prelude::*;
@@ -80,6 +80,9 @@ pub(super) fn read(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
     let mut readings = record.readings();
+    let open = readings.par_iter_mut();
+    let open = open.filter(|one| one.has_open_instants());
+    open.for_each(|one| *one = instants::found(one, options, stop));
     if readings.len() > 1 {
         let spectra = readings.par_iter().map(|one| {
             let target = target_of(one, options, stop);
@@ -235,7 +238,8 @@ pub(super) fn identified(
         warnings.push(sentence);
     }
     let mut fits: Vec<Fit> = fitted.into_iter().map(|tried| tried.fit).collect();
-    if !(record.nuisance.is_empty() && record.bounded.is_empty()) {
+    let is_motion = record.kind == RecordKind::History;
+    if is_motion && !(record.nuisance.is_empty() && record.bounded.is_empty()) {
         fits.iter_mut()
             .for_each(|fit| as_measured(fit, record, &target));
     }

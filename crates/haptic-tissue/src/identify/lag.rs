@@ -134,7 +134,7 @@ fn open(record: &Record, late: &Record, lag_s: f64, model: &Model) -> Vec<Vec<f6
 }
 
 /// BIC per sample and model of the best of these candidates, without a stiffening of its own.
-fn nearest(record: &Record, few: &Options, stop: &AtomicBool) -> Option<(f64, Model)> {
+pub(super) fn nearest(record: &Record, few: &Options, stop: &AtomicBool) -> Option<(f64, Model)> {
     let target = target_of(record, few, stop);
     let compressed = target.compressed();
     let candidates = candidates(few, record).ok()?;

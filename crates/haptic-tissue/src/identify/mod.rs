@@ -32,6 +32,7 @@ mod contour;
 mod elements;
 mod error;
 mod fit;
+mod instants;
 mod keys;
 mod lag;
 mod master;

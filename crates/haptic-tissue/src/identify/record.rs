@@ -129,6 +129,8 @@ pub struct Record {
     pub(super) nuisance: Vec<Vec<f64>>,
     /// Columns, over the noise, of which a sum with normal shares of deviation 1 is in the stress: what its instrument leaves open.
     pub(super) bounded: Vec<Vec<f64>>,
+    /// Residual that the means of such shares make, in its unit, a number for each sample; none where they are 0.
+    pub(super) expected: Vec<f64>,
     /// Least and largest time by which a sensor shows the stress later, s; `None` if it does not.
     pub(super) lag_s: Option<[f64; 2]>,
     /// Of a creep whose stress was commanded: time since the first step, s, and size over the largest stress of each step; and
@@ -313,7 +315,7 @@ impl Record {
     /// The ways in which a record may be read, among which its fits decide.
     pub(super) fn readings(&self) -> Vec<Self> {
         let mut all = vec![self.clone()];
-        if self.later != self.steps {
+        if self.has_open_instants() {
             let steps = self.later.clone();
             all.push(Self {
                 steps,
@@ -330,6 +332,17 @@ impl Record {
             all.extend(all.clone().iter().map(logarithmic));
         }
         all
+    }
+
+    /// True of a creep of which a step lies between two rows.
+    pub(super) fn has_open_instants(&self) -> bool {
+        self.later != self.steps
+    }
+
+    /// The times of the rows between which each step lies.
+    pub(super) fn instants(&self) -> impl Iterator<Item = [f64; 2]> {
+        let pairs = self.steps.iter().zip(&self.later);
+        pairs.map(|(early, late)| [early[0], late[0]])
     }
 
     /// True of a creep whose stress was commanded.
@@ -896,6 +909,7 @@ impl Record {
             touch: None,
             nuisance: Vec::new(),
             bounded: Vec::new(),
+            expected: Vec::new(),
             lag_s: None,
             steps: Vec::new(),
             later: Vec::new(),

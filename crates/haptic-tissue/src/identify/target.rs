@@ -12,8 +12,8 @@ use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
 use fractional_control::autoregression::Autoregression;
 use spring_pots::{
-    Binned, Contour, Elements, History, Moved, Quantity, Slope, SpectralMode, VARIABLES, chosen,
-    oscillation,
+    Binned, Contour, Doubts, Elements, History, Moved, Quantity, Slope, SpectralMode, VARIABLES,
+    chosen, oscillation,
 };
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -68,6 +68,9 @@ pub(super) struct Target<'a> {
     pub(super) floor: f64,
     /// Lengths of the series of residuals; each is independent of the next.
     lengths: Vec<usize>,
+    /// Parts of the residuals that are taken out of them, and what of these is expected and is no part of the target values; none if nothing is.
+    doubts: Doubts,
+    expected: Vec<f64>,
     /// The noise through whose filter the residuals go.
     noise: Autoregression,
     /// Nobody waits for the fit any more.
@@ -155,7 +158,11 @@ impl<'a> Target<'a> {
                 libm::log(*x)
             }
         });
-        let wanted: Vec<f64> = wanted.collect();
+        let mut wanted: Vec<f64> = wanted.collect();
+        let expected = chosen
+            .iter()
+            .filter_map(|&n| record.expected.get(n).copied());
+        let expected: Vec<f64> = expected.collect();
         let (low, high) = if is_absolute {
             (libm::log(size) - 1.0, libm::log(size) + 1.0)
         } else {
@@ -168,7 +175,16 @@ impl<'a> Target<'a> {
                 (middle, 1.0, Some(Quantity::Relaxation))
             }
         };
+        let of_chosen = |column: &Vec<f64>| {
+            let rows = chosen.iter().zip(&roots);
+            rows.map(|(&n, root)| root * column[n]).collect()
+        };
+        let pairs = wanted.iter_mut().zip(&expected);
+        pairs.for_each(|(wanted, expected)| *wanted -= expected);
+        let open: Vec<Vec<f64>> = record.bounded.iter().map(of_chosen).collect();
         Self {
+            doubts: Doubts::new(roots.len(), &[], &open),
+            expected,
             rows: match stepped {
                 Some(stepped) => Rows::Stepped(stepped),
                 None => Rows::Sampled(quantity, relative),
@@ -248,6 +264,8 @@ impl<'a> Target<'a> {
             exact: EXACT * EXACT * count,
             floor: EXACT,
             lengths: samples.iter().map(compared).collect(),
+            doubts: Doubts::default(),
+            expected: Vec::new(),
             noise: Autoregression::default(),
             stop,
             rows: Rows::History(history),
@@ -308,6 +326,8 @@ impl<'a> Target<'a> {
                 roots: vec![1.0; wanted.len()],
                 wanted,
                 lengths: Vec::new(),
+                doubts: Doubts::default(),
+                expected: Vec::new(),
                 noise: Autoregression::default(),
                 ..*self
             },
@@ -350,6 +370,8 @@ impl<'a> Target<'a> {
             wanted,
             roots,
             lengths: Vec::new(),
+            doubts: Doubts::default(),
+            expected: Vec::new(),
             noise: Autoregression::default(),
             ..*self
         }
@@ -407,7 +429,7 @@ impl<'a> Target<'a> {
         if self.stops() {
             return false;
         }
-        if self.noise.order() == 0 {
+        if self.is_plain() {
             return self.plain_residuals(candidate, elements, each);
         }
         let mut columns = vec![vec![0.0; self.len()]; VARIABLES + 1];
@@ -431,8 +453,17 @@ impl<'a> Target<'a> {
         finite
     }
 
+    const fn is_plain(&self) -> bool {
+        self.noise.order() == 0 && self.doubts.is_empty()
+    }
+
     fn through_filter(&self, column: &[f64]) -> Vec<f64> {
-        let series = self.series(column).into_iter();
+        let mut column = column.to_vec();
+        self.doubts.take_out(&mut column, &[]);
+        if self.noise.order() == 0 {
+            return column;
+        }
+        let series = self.series(&column).into_iter();
         series.flat_map(|part| self.noise.whitened(part)).collect()
     }
 
@@ -481,7 +512,8 @@ impl<'a> Target<'a> {
 
     /// The model at a sample of which this is the residual, in the unit of the record.
     pub(super) fn modelled(&self, n: usize, residual: f64) -> f64 {
-        let value = residual + self.wanted[n];
+        let expected = self.expected.get(n).copied().unwrap_or_default();
+        let value = residual + self.wanted[n] + expected;
         match &self.rows {
             Rows::Stepped(stepped) if stepped.is_logarithmic => libm::exp(value),
             Rows::History(_) | Rows::Stepped(_) => value * self.scale,
@@ -621,9 +653,10 @@ impl<'a> Target<'a> {
     pub(super) fn through(&self, column: &[f64]) -> Vec<f64> {
         let weighted = column.iter().zip(&self.roots).map(|(x, root)| x * root);
         let weighted: Vec<f64> = weighted.collect();
-        match self.noise.order() {
-            0 => weighted,
-            _ => self.through_filter(&weighted),
+        if self.is_plain() {
+            weighted
+        } else {
+            self.through_filter(&weighted)
         }
     }
 

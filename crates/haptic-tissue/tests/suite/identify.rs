@@ -18,6 +18,7 @@ mod records;
 mod recovery;
 mod rendered;
 mod replicates;
+mod steps;
 mod stiffening;
 mod sums;
 mod table;
