@@ -41,8 +41,8 @@ fn json_has_the_contracts_keys() {
     assert!(number(&viscosity["low_95"]) < number(&viscosity["high_95"]));
     assert!(number(&report["rms_log_residual"]) <= 0.0046);
     let candidates = report["candidates"].as_array().expect("a list");
-    // The model itself first, then those with fewer parameters, and a series.
-    assert_eq!(candidates.len(), 6);
+    // The model itself first, then those with fewer parameters.
+    assert_eq!(candidates.len(), 5);
     assert_eq!(candidates[0]["model"], "fractional-maxwell");
     let of_one = keys(&candidates[1]);
     assert_eq!(of_one, "aic bic model parameters rms_log_residual");
