@@ -108,7 +108,7 @@ pub fn function_file(function: &str, delay_s: f64, program: &str, note: &str) ->
 /// A plant as its file says it.
 ///
 /// ```
-/// use haptic_experiment::run::{DeviceValues, PlantModel};
+/// use haptic_trial::{DeviceValues, PlantModel};
 ///
 /// let arm = DeviceValues { mass_kg: 0.065, damping_n_s_per_m: 3.5, delay_s: 0.001, ..DeviceValues::default() };
 /// // A mass of 65 g: |x/f| is 1/(m·ω²) at high frequency.
