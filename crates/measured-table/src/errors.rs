@@ -8,7 +8,7 @@
 
 use super::column::Column;
 use super::header::{plain, split, understand};
-use super::numbers::{Found, Part};
+use super::heading::Heading;
 use super::unit::of_suffix;
 
 /// Words for an error, the longer before what begins like them.
@@ -19,6 +19,9 @@ const WORDS: &str = "standard deviation, standard error, std. error, std error, 
 /// Letters that are an error before a quantity in brackets.
 const LETTERS: [&str; 3] = ["u", "σ", "sigma"];
 const JOINTS: [char; 7] = [' ', '_', '-', '(', ')', '[', ']'];
+
+/// A column that was found: its quantity, place and name.
+pub(super) type Measured<'a> = (Column, usize, &'a str);
 
 /// A column of errors.
 pub(super) struct ErrorColumn {
@@ -40,9 +43,9 @@ enum Scale {
 }
 
 impl ErrorColumn {
-    /// The error in SI units of a value, of a column with this factor.
-    pub(super) fn size(&self, of: &Found, cell: f64, value: f64, factor: f64) -> f64 {
-        match (of.base, self.scale) {
+    /// The error in SI units of a value, of a column with this factor, or of logarithms to this base.
+    pub(super) fn size(&self, base: Option<f64>, cell: f64, value: f64, factor: f64) -> f64 {
+        match (base, self.scale) {
             (Some(base), _) => value.abs() * libm::log(base) * cell,
             (None, Scale::Share(share)) => share * value.abs() * cell,
             (None, Scale::Factor(size)) => size * cell,
@@ -51,10 +54,14 @@ impl ErrorColumn {
     }
 
     /// That of a name which says that it holds errors, if one of the columns that were found is meant.
-    fn named(part: &Part<'_>, place: usize) -> Option<Self> {
-        let name = &part.heading.names[place];
+    pub(super) fn named(
+        heading: &Heading,
+        measured: &[Measured<'_>],
+        place: usize,
+    ) -> Option<Self> {
+        let name = &heading.names[place];
         let header = name.trim().replace("+/-", "±");
-        let below = Some(part.heading.below(place)).filter(|below| !below.is_empty());
+        let below = Some(heading.below(place)).filter(|below| !below.is_empty());
         let (head, inside) = split(&header);
         let mut ways = vec![(header.clone(), None), (head, inside)];
         let marks = header.match_indices('_');
@@ -67,12 +74,12 @@ impl ErrorColumn {
         ways.into_iter().find_map(|(text, unit)| {
             let rest = rest(&text)?;
             let unit = below.map(str::to_owned).or(unit);
-            let of = part.found.iter().position(|found| {
-                let is_beside = rest.is_empty() && found.place + 1 == place;
-                has_errors(found.column) && (is_beside || is_meant(found, rest, unit.as_deref()))
+            let of = measured.iter().position(|one| {
+                let is_beside = rest.is_empty() && one.1 + 1 == place;
+                has_errors(one.0) && (is_beside || is_meant(*one, rest, unit.as_deref()))
             })?;
             let unit = unit.or_else(|| split(rest).1);
-            let dimension = part.found[of].column.dimension();
+            let dimension = measured[of].0.dimension();
             let scale = match unit.as_deref() {
                 None | Some("") => Scale::Alike,
                 Some(unit) => match (dimension.size(unit), unit) {
@@ -88,21 +95,6 @@ impl ErrorColumn {
                 scale,
             })
         })
-    }
-}
-
-impl Part<'_> {
-    /// The columns of errors, the first of each measured column.
-    pub(super) fn errors_beside(&self) -> Vec<ErrorColumn> {
-        let mut errors: Vec<ErrorColumn> = Vec::new();
-        for place in 0..self.heading.names.len() {
-            let is_open = self.block.numeric.contains(&place)
-                && !self.found.iter().any(|found| found.place == place);
-            let named = is_open.then(|| ErrorColumn::named(self, place)).flatten();
-            let is_first = |one: &ErrorColumn| errors.iter().all(|other| other.of != one.of);
-            errors.extend(named.filter(is_first));
-        }
-        errors
     }
 }
 
@@ -143,11 +135,11 @@ fn rest(text: &str) -> Option<&str> {
 }
 
 /// True if the rest of a name is that of this column.
-fn is_meant(found: &Found, rest: &str, unit: Option<&str>) -> bool {
+fn is_meant((column, _, name): Measured<'_>, rest: &str, unit: Option<&str>) -> bool {
     let bare = |name: &str| plain(&split(name).0);
     let quantity = || understand(rest, unit.unwrap_or_default());
     !rest.is_empty()
-        && (plain(&found.name) == plain(rest)
-            || bare(&found.name) == bare(rest)
-            || quantity().is_some_and(|meaning| meaning.column == found.column))
+        && (plain(name) == plain(rest)
+            || bare(name) == bare(rest)
+            || quantity().is_some_and(|meaning| meaning.column == column))
 }

@@ -57,10 +57,10 @@ pub struct Segment {
 pub(super) struct Found {
     pub(super) column: Column,
     pub(super) place: usize,
-    pub(super) name: String,
+    name: String,
     unit: Unit,
     /// Of the logarithms that its cells are, if they are.
-    pub(super) base: Option<f64>,
+    base: Option<f64>,
     /// True of a distance that falls while the depth grows.
     falls: bool,
 }
@@ -465,7 +465,7 @@ impl Reader {
         let (values, errors) = numbers.split_at_mut(part.found.len());
         for (one, cells) in part.errors.iter().zip(errors) {
             for (cell, value) in cells.iter_mut().zip(&values[one.of]) {
-                *cell = one.size(&part.found[one.of], *cell, *value, factors[one.of]);
+                *cell = one.size(part.found[one.of].base, *cell, *value, factors[one.of]);
             }
         }
         let is_read = |column| part.found.iter().any(|found| found.column == column);
@@ -554,7 +554,7 @@ impl Reader {
         let cell = all.into_iter().find(|cell| cell.is_finite())?;
         let of = &part.found[errors.of];
         let [value, factor] = self.first(part, of)?;
-        Some(errors.size(of, cell, value, factor))
+        Some(errors.size(of.base, cell, value, factor))
     }
 
     /// SI units per unit of a column whose values go up to `reach`: the user's, the header's, else SI with a note.
@@ -640,6 +640,22 @@ impl<'a> Part<'a> {
 }
 
 impl Part<'_> {
+    /// The columns of errors, the first of each measured column.
+    fn errors_beside(&self) -> Vec<ErrorColumn> {
+        let found = self.found.iter();
+        let measured = found.map(|found| (found.column, found.place, &found.name[..]));
+        let measured: Vec<_> = measured.collect();
+        let mut errors: Vec<ErrorColumn> = Vec::new();
+        for &place in &self.block.numeric {
+            let is_open =
+                place < self.heading.names.len() && !measured.iter().any(|found| found.1 == place);
+            let named = is_open.then(|| ErrorColumn::named(&self.heading, &measured, place));
+            let is_first = |one: &ErrorColumn| errors.iter().all(|other| other.of != one.of);
+            errors.extend(named.flatten().filter(is_first));
+        }
+        errors
+    }
+
     /// True if it has a clock and something beside it.
     pub(super) fn is_whole(&self) -> bool {
         self.clock().is_some() && self.found.iter().any(|found| !is_clock(found.column))

@@ -32,7 +32,7 @@ pub struct Fit {
     pub correlation: Vec<Vec<f64>>,
     /// Root of the mean square of the residuals, without weights: of the logarithm, or Pa for a history.
     pub rms: f64,
-    /// The same with weights.
+    /// This root with weights.
     pub weighted: f64,
     /// n·ln(S/n) + 2k, of the weighted sum of squares S, n residuals and k parameters, the noise among them: one at an end of its range
     /// was put there by the record too, one that is held was not.

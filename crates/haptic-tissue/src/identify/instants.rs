@@ -10,12 +10,15 @@
 //!
 //! *Cost*: a search of few models, each from few starts, for each round.
 
-use super::lag::nearest;
-use super::options::{Options, target_of};
+use super::elements::Candidate;
+use super::fit::fit;
+use super::options::{Options, candidates, target_of};
 use super::record::{Record, digits};
+use super::search::search;
 use crate::model::Model;
 use fracdiff::parameter::Shown;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
 const ROUNDS: usize = 6;
@@ -26,7 +29,7 @@ const PARAMETERS: usize = 4;
 const STEP: f64 = 1e-3;
 /// Deviation of an instant that is known, over the time of the record.
 const FIXED: f64 = 1e-9;
-/// A move over the standard error of an instant that is none.
+/// A move over the standard error of an instant that needs no further round.
 const SETTLED: f64 = 0.1;
 
 /// The record with its steps where they most likely were, and what of these instants is left open; as it is where no model fits.
@@ -80,9 +83,22 @@ pub(super) fn found(record: &Record, options: &Options, stop: &AtomicBool) -> Re
     here
 }
 
+/// BIC per sample and model of the best of these candidates, without a stiffening of its own.
+pub(super) fn nearest(record: &Record, few: &Options, stop: &AtomicBool) -> Option<(f64, Model)> {
+    let target = target_of(record, few, stop);
+    let compressed = target.compressed();
+    let candidates = candidates(few, record).ok()?;
+    let fits = candidates.par_iter().filter_map(|&candidate: &Candidate| {
+        let best = search(candidate, &compressed, few.starts.max(1)).ok()?;
+        let fit = fit(candidate, &target, &best).0;
+        Some((fit.bic / fit.predicted.len() as f64, fit.to_model().ok()?))
+    });
+    fits.min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
 /// Instants about those of a record.
 struct Moved {
-    /// How far each moves so that the least is left, s, and its standard error with this model.
+    /// Move of each so that the least is left, s, and its standard error with this model.
     moves: Vec<[f64; 2]>,
     /// Columns of what is left open of them.
     open: Vec<Vec<f64>>,

@@ -10,16 +10,13 @@
 //!
 //! *Cost*: a search of few models for each place of the grid, then some ten operations a sample.
 
-use super::elements::Candidate;
-use super::fit::fit;
-use super::options::{Options, candidates, target_of};
+use super::instants::nearest;
+use super::options::Options;
 use super::record::Record;
-use super::search::search;
 use super::stiffening::stiffened;
 use super::target::EXACT;
 use crate::model::Model;
 use fracdiff::parameter::Shown;
-use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
 /// h, s.
@@ -133,19 +130,6 @@ fn open(record: &Record, late: &Record, lag_s: f64, model: &Model) -> Vec<Vec<f6
     columns.collect()
 }
 
-/// BIC per sample and model of the best of these candidates, without a stiffening of its own.
-pub(super) fn nearest(record: &Record, few: &Options, stop: &AtomicBool) -> Option<(f64, Model)> {
-    let target = target_of(record, few, stop);
-    let compressed = target.compressed();
-    let candidates = candidates(few, record).ok()?;
-    let fits = candidates.par_iter().filter_map(|&candidate: &Candidate| {
-        let best = search(candidate, &compressed, few.starts.max(1)).ok()?;
-        let fit = fit(candidate, &target, &best).0;
-        Some((fit.bic / fit.predicted.len() as f64, fit.to_model().ok()?))
-    });
-    fits.min_by(|a, b| a.0.total_cmp(&b.0))
-}
-
 /// The record with its strain later.
 fn delayed(record: &Record, lag_s: f64) -> Record {
     let mut late = record.clone();
@@ -236,6 +220,7 @@ pub fn white_noise(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identify::elements::Candidate;
     use crate::identify::target::Target;
     use crate::identify::{identify, target::Weighting};
     use crate::model::ModelKind;
