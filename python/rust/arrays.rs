@@ -2,47 +2,142 @@
 //! with it, and another thread cannot change it while the interpreter is released. And how many: counts, and room for them.
 
 use crate::refused::refused;
-use numpy::ndarray::Dimension;
-use numpy::{Complex64, Element, IntoPyArray as _, PyArrayDyn};
-use numpy::{PyArray, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use num_complex::Complex64;
 use pyo3::Borrowed;
 use pyo3::prelude::*;
+use pyo3::types::{PyByteArray, PyBytes};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 /// Kinds of NumPy's types that are real numbers: floating point, signed and unsigned integers.
-const REAL: &[u8] = b"fiu";
+const REAL: &str = "fiu";
 
-/// The array of an argument, in numbers of type T; `kinds` are the kinds of types that it may have.
-fn converted<'py, T: Element, D: Dimension>(
+/// An item of an array, in the bytes of this machine.
+pub(crate) trait Element: Copy + Send {
+    /// Its type, as NumPy calls it.
+    const TYPE: &'static str;
+    const SIZE: usize;
+
+    fn put(self, bytes: &mut [u8]);
+}
+
+macro_rules! elements {
+    ($($number:ty = $name:literal;)*) => {
+        $(impl Element for $number {
+            const TYPE: &'static str = $name;
+            const SIZE: usize = size_of::<Self>();
+
+            fn put(self, bytes: &mut [u8]) {
+                bytes.copy_from_slice(&self.to_ne_bytes());
+            }
+        })*
+    };
+}
+
+elements! { f64 = "float64"; u64 = "uint64"; u8 = "uint8"; }
+
+impl Element for bool {
+    const TYPE: &'static str = "bool";
+    const SIZE: usize = 1;
+
+    fn put(self, bytes: &mut [u8]) {
+        u8::from(self).put(bytes);
+    }
+}
+
+impl Element for Complex64 {
+    const TYPE: &'static str = "complex128";
+    const SIZE: usize = 2 * f64::SIZE;
+
+    fn put(self, bytes: &mut [u8]) {
+        let (re, im) = bytes.split_at_mut(f64::SIZE);
+        self.re.put(re);
+        self.im.put(im);
+    }
+}
+
+/// Numbers that are an array of NumPy as soon as Python has them. The crate `numpy` is not used: it turns on the platform's functions in every
+/// complex number.
+pub(crate) struct Array<T> {
+    values: Vec<T>,
+    shape: Vec<usize>,
+}
+
+impl<T> Array<T> {
+    /// One dimension.
+    pub(crate) fn of(values: Vec<T>) -> Self {
+        let shape = vec![values.len()];
+        Self { values, shape }
+    }
+
+    /// The last axis first; as many numbers as the shape has.
+    pub(crate) const fn shaped(values: Vec<T>, shape: Vec<usize>) -> Self {
+        Self { values, shape }
+    }
+}
+
+impl<'py, T: Element> IntoPyObject<'py> for Array<T> {
+    type Target = PyAny;
+    type Output = Bound<'py, PyAny>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        let bytes = PyByteArray::new_with(py, T::SIZE * self.values.len(), |bytes| {
+            let places = bytes.chunks_exact_mut(T::SIZE);
+            places
+                .zip(&self.values)
+                .for_each(|(bytes, value)| value.put(bytes));
+            Ok(())
+        })?;
+        let flat = py
+            .import("numpy")?
+            .call_method1("frombuffer", (bytes, T::TYPE))?;
+        flat.call_method1("reshape", (self.shape,))
+    }
+}
+
+/// The bytes of an argument as items of this type, in the order of its last axis, and its shape; `kinds` are the kinds of types that it may have.
+fn converted<'py, T: Element>(
     name: &str,
     x: &Bound<'py, PyAny>,
-    kinds: &[u8],
-) -> PyResult<Bound<'py, PyArray<T, D>>> {
+    kinds: &str,
+    dimensions: Option<usize>,
+) -> PyResult<(Bound<'py, PyBytes>, Vec<usize>)> {
     unmasked(name, x)?;
-    let py = x.py();
-    let array = py
+    let array = x
+        .py()
         .import("numpy")?
         .call_method1("asarray", (x,))
         .map_err(|error| refused(format_args!("{name} is not an array of numbers: {error}")))?;
-    let array = array.cast_into::<PyUntypedArray>()?;
-    let kind = array.dtype().kind();
+    let dtype = array.getattr("dtype")?;
+    let kind: String = dtype.getattr("kind")?.extract()?;
     if !kinds.contains(&kind) {
         return Err(refused(format_args!(
             "{name} has numbers of type {}, and must have real ones: convert it with astype(float)",
-            array.dtype().str()?
+            dtype.str()?
         )));
     }
-    let wanted = D::NDIM.unwrap_or(array.ndim());
-    if array.ndim() != wanted {
+    let shape = array.getattr("shape")?;
+    let lengths: Vec<usize> = shape.extract()?;
+    if let Some(wanted) = dimensions.filter(|wanted| *wanted != lengths.len()) {
         return Err(refused(format_args!(
             "{name} has the shape {}, and must have {wanted} dimension{}",
-            array.getattr("shape")?.str()?,
+            shape.str()?,
             if wanted == 1 { "" } else { "s" }
         )));
     }
-    let array = array.call_method1("astype", (numpy::dtype::<T>(py),))?;
-    Ok(array.cast_into::<PyArray<T, D>>()?)
+    let bytes = array.call_method1("astype", (T::TYPE,))?;
+    let bytes = bytes.call_method0("tobytes")?;
+    Ok((bytes.cast_into::<PyBytes>()?, lengths))
+}
+
+/// The real numbers in bytes of this machine.
+fn real(bytes: &Bound<'_, PyBytes>) -> Vec<f64> {
+    let (numbers, _) = bytes.as_bytes().as_chunks();
+    numbers
+        .iter()
+        .map(|bytes| f64::from_ne_bytes(*bytes))
+        .collect()
 }
 
 /// Refuses a masked array: NumPy would give what is behind the mask for a sample.
@@ -56,46 +151,43 @@ pub(crate) fn unmasked(name: &str, x: &Bound<'_, PyAny>) -> PyResult<()> {
     )))
 }
 
-/// The numbers of an array of type T, whatever its layout, in the order of its last axis.
-fn copied<T: Element + Copy, D: Dimension>(array: &Bound<'_, PyArray<T, D>>) -> PyResult<Vec<T>> {
-    let array = array.try_readonly()?;
-    // As it mostly is: many times as fast as one by one.
-    match array.as_slice() {
-        Ok(numbers) if array.is_c_contiguous() => Ok(numbers.to_vec()),
-        _ => Ok(array.as_array().iter().copied().collect()),
-    }
-}
-
 /// A vector of real numbers; integers are converted.
 pub(crate) fn vector(name: &str, x: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    // As it mostly is; a subclass may mean something else.
-    if let Ok(array) = x.cast::<numpy::PyArray1<f64>>()
-        && x.get_type().is(x.py().get_type::<PyUntypedArray>())
-    {
-        return copied(array);
-    }
-    copied(&converted::<f64, numpy::Ix1>(name, x, REAL)?)
+    Ok(real(&converted::<f64>(name, x, REAL, Some(1))?.0))
 }
 
 /// A matrix of real numbers, row by row, with its number of rows and columns.
 pub(crate) fn matrix(name: &str, x: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, [usize; 2])> {
-    let array = converted::<f64, numpy::Ix2>(name, x, REAL)?;
-    let shape = [array.shape()[0], array.shape()[1]];
-    Ok((copied(&array)?, shape))
+    let (bytes, shape) = converted::<f64>(name, x, REAL, Some(2))?;
+    Ok((real(&bytes), [shape[0], shape[1]]))
 }
 
 /// A vector of numbers that may be complex.
 pub(crate) fn complex_vector(name: &str, x: &Bound<'_, PyAny>) -> PyResult<Vec<Complex64>> {
-    copied(&converted::<Complex64, numpy::Ix1>(name, x, b"fiuc")?)
+    let (bytes, _) = converted::<Complex64>(name, x, "fiuc", Some(1))?;
+    let parts = real(&bytes);
+    let (pairs, _) = parts.as_chunks();
+    Ok(pairs
+        .iter()
+        .map(|[re, im]| Complex64::new(*re, *im))
+        .collect())
 }
 
 /// The numbers of an array of any shape, in the order of its last axis.
-pub(crate) fn any_shape<'py>(
-    name: &str,
-    x: &Bound<'py, PyAny>,
-) -> PyResult<(Vec<f64>, Vec<usize>)> {
-    let array = converted::<f64, numpy::IxDyn>(name, x, REAL)?;
-    Ok((copied(&array)?, array.shape().to_vec()))
+pub(crate) fn any_shape(name: &str, x: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<usize>)> {
+    let (bytes, shape) = converted::<f64>(name, x, REAL, None)?;
+    Ok((real(&bytes), shape))
+}
+
+/// A vector of real numbers as an argument.
+pub(crate) struct Vector(pub(crate) Vec<f64>);
+
+impl<'py> FromPyObject<'_, 'py> for Vector {
+    type Error = PyErr;
+
+    fn extract(numbers: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        vector("the reference", &numbers).map(Self)
+    }
 }
 
 /// Frequencies in rad/s up to half the sample rate, of any shape; 0 is one of them if `from_zero`.
@@ -176,10 +268,7 @@ pub(crate) fn room<T>(name: &str, count: usize, each: usize) -> PyResult<Vec<T>>
 
 /// The real numbers of an array of any shape, copied.
 #[pyfunction]
-pub(crate) fn numbers<'py>(
-    name: &str,
-    x: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+pub(crate) fn numbers(name: &str, x: &Bound<'_, PyAny>) -> PyResult<Array<f64>> {
     let (numbers, shape) = any_shape(name, x)?;
-    numbers.into_pyarray(x.py()).reshape(shape)
+    Ok(Array::shaped(numbers, shape))
 }

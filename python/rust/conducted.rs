@@ -1,8 +1,7 @@
 //! Work of the libraries: on a thread of its own, while the one that called reports progress and listens for Ctrl-C.
 
-use crate::arrays::any_shape;
+use crate::arrays::{Array, Element, any_shape};
 use crate::driving::Driving;
-use numpy::{Element, IntoPyArray as _, PyArrayDyn, PyArrayMethods as _};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -179,7 +178,7 @@ pub(crate) fn each<'py, T: Element + 'static>(
     let (x, shape) = any_shape(name, x)?;
     let about = Duration::from_micros(5 * x.len() as u64);
     let values = heard(py, about, move |conduct| Ok(function(&x, conduct)))?;
-    let values: Bound<'_, PyArrayDyn<T>> = values.into_pyarray(py).reshape(shape)?;
+    let values = Array::shaped(values, shape).into_pyobject(py)?;
     // An array without dimensions becomes a number, as NumPy's own functions do.
     values.get_item(PyTuple::empty(py))
 }

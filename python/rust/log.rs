@@ -1,12 +1,12 @@
 //! Logs of runs, whole or cut.
 
+use crate::arrays::Array;
 use crate::conducted::{Interrupted, conduct};
 use crate::json::{dict, to_python};
 use crate::refused::unread;
 use haptic_log::record::{
     ColumnValue, Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage,
 };
-use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
@@ -60,9 +60,9 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
     let columns = PyDict::new(py);
     for (name, values) in log.columns {
         match values {
-            Column::Numbers(values) => columns.set_item(name, PyArray1::from_vec(py, values)),
-            Column::Counts(values) => columns.set_item(name, PyArray1::from_vec(py, values)),
-            Column::Bits(values) => columns.set_item(name, PyArray1::from_vec(py, values)),
+            Column::Numbers(values) => columns.set_item(name, Array::of(values)),
+            Column::Counts(values) => columns.set_item(name, Array::of(values)),
+            Column::Bits(values) => columns.set_item(name, Array::of(values)),
         }?;
     }
     let metadata = PyDict::new(py);

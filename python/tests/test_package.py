@@ -139,3 +139,15 @@ def test_the_stubs_name_what_there_is() -> None:
             named.add(node.target.id)
     there = {one for one in dir(_native) if not one.startswith("__")} | {"__version__"}
     assert named == there
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="symbols of a shared object of Linux are read")
+def test_no_number_comes_from_the_mathematics_of_the_platform() -> None:
+    listed = subprocess.run(["nm", "-D", "--undefined-only", _native.__file__], check=True, capture_output=True, text=True).stdout
+    names = {line.split()[-1].split("@")[0] for line in listed.splitlines()}
+    mathematics = (
+        "acos acosh asin asinh atan atan2 atanh cbrt cos cosh erf exp exp10 exp2 expm1 hypot lgamma log log10 log1p log2 pow "
+        "sin sincos sinh tan tanh tgamma"
+    ).split()
+    assert len(names) > 20
+    assert not names & {name + end for name in mathematics for end in ("", "f")}

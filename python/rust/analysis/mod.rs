@@ -12,13 +12,12 @@ pub(crate) use port::PyPort;
 pub(crate) use region::{PyRegion, stability_region};
 pub(crate) use sampled_loop::PyLoop;
 
-use crate::arrays::{complex_vector, vector};
+use crate::arrays::{Array, complex_vector, vector};
 use crate::conducted::heard;
 use crate::operators::scheme_of;
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::{LoopOperator, SampledWall};
-use numpy::PyArray1;
 use plant::AnyPlant;
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -88,7 +87,7 @@ fn at(value: haptic_analysis::AtAngle, sample_time: f64) -> (f64, f64) {
 }
 
 /// Stiffness and damping at each frequency.
-type Pair<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+type Pair<'py> = (Array<f64>, Array<f64>);
 
 /// Effective stiffness and damping of the closed loop at frequencies; `impedance` is that of the plant there, without hand. A
 /// wall is K, B and order, an operator sample time, scheme and horizon.
@@ -117,8 +116,5 @@ pub(crate) fn transparency<'py>(
         }
         Ok((stiffness, damping))
     })?;
-    Ok((
-        PyArray1::from_vec(py, stiffness),
-        PyArray1::from_vec(py, damping),
-    ))
+    Ok((Array::of(stiffness), Array::of(damping)))
 }

@@ -1,9 +1,8 @@
 //! Plants: a mass with damper and hand, or any matrices, behind a delay and a current lag.
 
-use crate::arrays::{matrix, vector};
+use crate::arrays::{Array, matrix, vector};
 use crate::refused::{OrRefused as _, refused};
 use haptic_analysis::{Dynamics, ForcePath, SampledPlant};
-use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -169,20 +168,20 @@ impl PyLinearPlant {
 
     /// A, in rows: n² numbers.
     #[getter]
-    fn _a<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.a)
+    fn _a(&self) -> Array<f64> {
+        Array::of(self.a.to_vec())
     }
 
     /// B.
     #[getter]
-    fn _b<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.b)
+    fn _b(&self) -> Array<f64> {
+        Array::of(self.b.to_vec())
     }
 
     /// C.
     #[getter]
-    fn _c<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.c)
+    fn _c(&self) -> Array<f64> {
+        Array::of(self.c.to_vec())
     }
 }
 

@@ -2,12 +2,10 @@
 
 use super::plant::AnyPlant;
 use super::{operator, scheme_of};
-use crate::arrays::{Whole, any_shape, unmasked};
+use crate::arrays::{Array, Whole, any_shape, unmasked};
 use crate::conducted::{heard, heard_by};
 use crate::refused::{OrRefused as _, refused};
 use haptic_analysis::{Nondimensional, OutlinePoint, Polygon, StabilityRegion, StableArea};
-use numpy::ndarray::Array2;
-use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
 use std::time::Duration;
 
@@ -89,34 +87,35 @@ impl PyRegion {
 
     /// Boundaries, the largest first: K in N/m and B in N·s^order/m of each point.
     #[getter]
-    fn polygons<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray2<f64>>> {
+    fn polygons(&self) -> Vec<Array<f64>> {
         let array = |points: &[OutlinePoint]| {
-            Array2::from_shape_fn((points.len(), 2), |(row, column)| match column {
-                0 => points[row].alpha * self.stiffness,
-                _ => points[row].beta * self.dissipation,
-            })
+            let both = |point: &OutlinePoint| {
+                [point.alpha * self.stiffness, point.beta * self.dissipation]
+            };
+            let rows = points.iter().flat_map(both).collect();
+            Array::shaped(rows, vec![points.len(), 2])
         };
         let arrays = self.outlines().map(|polygon| array(&polygon.points));
-        arrays.map(|array| array.into_pyarray(py)).collect()
+        arrays.collect()
     }
 
     /// Frequency at which a pole crosses the circle at each point, rad/s; NaN on an axis.
     #[getter]
-    fn omega_rad_s<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<f64>>> {
+    fn omega_rad_s(&self) -> Vec<Array<f64>> {
         let omega = |point: &OutlinePoint| {
             let theta = point.theta.unwrap_or(f64::NAN);
             theta / self.sample_time
         };
         self.outlines()
-            .map(|polygon| PyArray1::from_iter(py, polygon.points.iter().map(omega)))
+            .map(|polygon| Array::of(polygon.points.iter().map(omega).collect()))
             .collect()
     }
 
     /// Area of each polygon in the product of both units; negative for a hole.
     #[getter]
-    fn areas<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn areas(&self) -> Array<f64> {
         let unit = self.stiffness * self.dissipation;
-        PyArray1::from_iter(py, self.outlines().map(|polygon| polygon.area * unit))
+        Array::of(self.outlines().map(|polygon| polygon.area * unit).collect())
     }
 
     /// Least upper bound of K.
@@ -154,7 +153,7 @@ impl PyRegion {
         slf: &Bound<'py, Self>,
         stiffness_n_per_m: &Bound<'py, PyAny>,
         dissipation_n_s_mu_per_m: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+    ) -> PyResult<Array<bool>> {
         let py = slf.py();
         unmasked("stiffness_n_per_m", stiffness_n_per_m)?;
         unmasked("dissipation_n_s_mu_per_m", dissipation_n_s_mu_per_m)?;
@@ -171,7 +170,7 @@ impl PyRegion {
             };
             Ok(stiffness.iter().zip(&dissipation).map(within).collect())
         })?;
-        inside.into_pyarray(py).reshape(shape)
+        Ok(Array::shaped(inside, shape))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -2,12 +2,12 @@
 
 use super::plant::AnyPlant;
 use super::{at, environment, operator, scheme_of};
-use crate::arrays::frequencies;
+use crate::arrays::{Array, Element, frequencies};
 use crate::conducted::{heard, heard_by};
 use crate::json::dict;
 use crate::refused::OrRefused as _;
 use haptic_analysis::{Dynamics, LoopOperator, SampledLoop, SampledPlant};
-use numpy::{Complex64, Element, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
+use num_complex::Complex64;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
@@ -79,14 +79,14 @@ impl PyLoop {
         slf: &Bound<'py, Self>,
         omega: &Bound<'py, PyAny>,
         function: impl Fn(&SampledLoop<'_>, f64) -> T + Send + 'static,
-    ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    ) -> PyResult<Array<T>> {
         let sample_time = slf.get().sample_time;
         let (omega, shape) = frequencies(omega, sample_time, false)?;
         let values: Vec<T> = heard_by(slf, move |closed_loop, conduct| {
             let sampled_loop = closed_loop.sampled()?;
             Ok(conduct.each(&omega, |w| function(&sampled_loop, w * sample_time)))
         })?;
-        values.into_pyarray(slf.py()).reshape(shape)
+        Ok(Array::shaped(values, shape))
     }
 }
 
@@ -206,7 +206,7 @@ impl PyLoop {
     fn loop_gain<'py>(
         slf: &Bound<'py, Self>,
         omega: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+    ) -> PyResult<Array<Complex64>> {
         Self::over(slf, omega, |sampled_loop, theta| {
             sampled_loop.loop_gain(theta)
         })
@@ -223,10 +223,7 @@ impl PyLoop {
     /// -------
     /// ndarray, same shape
     ///     abs(1/(1 + GH)): how much a disturbance of the position is amplified.
-    fn sensitivity<'py>(
-        slf: &Bound<'py, Self>,
-        omega: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn sensitivity<'py>(slf: &Bound<'py, Self>, omega: &Bound<'py, PyAny>) -> PyResult<Array<f64>> {
         Self::over(slf, omega, |sampled_loop, theta| {
             sampled_loop.sensitivity(theta)
         })
@@ -237,9 +234,9 @@ impl PyLoop {
     /// Returns
     /// -------
     /// ndarray of complex, or None for the other operators
-    fn poles<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyArray1<Complex64>>>> {
+    fn poles<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Array<Complex64>>> {
         let poles = heard_by(slf, |closed_loop, _| Ok(closed_loop.sampled()?.poles()))?;
-        Ok(poles.map(|poles| PyArray1::from_vec(slf.py(), poles)))
+        Ok(poles.map(Array::of))
     }
 
     /// T in s.

@@ -2,6 +2,7 @@
 
 use super::controller::PyPid;
 use super::transfer::PyControlPlant;
+use crate::arrays::{Array, Vector};
 use crate::conducted::heard;
 use crate::experiment::failed;
 use crate::json::{from_python, to_python};
@@ -11,7 +12,6 @@ use haptic_question::control_loop::run::Reference;
 use haptic_question::control_loop::{ControlLoop, FormParts, LoopForm, NamedPlant};
 use haptic_question::controller::DesignForm;
 use haptic_question::controller::report::designed;
-use numpy::{IntoPyArray as _, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use std::time::Duration;
 
@@ -85,16 +85,16 @@ pub(crate) fn analyze_loop<'py>(
 }
 
 /// Report, and reference, output and command.
-type Run<'py> = (Bound<'py, PyAny>, [Bound<'py, PyArray1<f64>>; 3]);
+type Run<'py> = (Bound<'py, PyAny>, [Array<f64>; 3]);
 
 /// A reference: name and bytes of a table, or values with the time from one to the next, s.
 #[derive(FromPyObject)]
-pub(crate) enum Given<'py> {
+pub(crate) enum Given {
     Table(String, Vec<u8>),
-    Sampled(PyReadonlyArray1<'py, f64>, f64),
+    Sampled(Vector, f64),
 }
 
-impl Given<'_> {
+impl Given {
     /// Reads it on any thread; a mistake in it names its source.
     fn reader(self) -> Box<dyn FnOnce() -> Result<Reference, String> + Send> {
         match self {
@@ -102,13 +102,10 @@ impl Given<'_> {
                 let read = Reference::read(&Reference::COLUMNS.map(str::to_owned), &bytes);
                 read.map_err(|error| format!("{name}: {error}"))
             }),
-            Self::Sampled(values, sample_time_s) => {
-                let values = values.as_array().to_vec();
-                Box::new(move || {
-                    let read = Reference::sampled(values, sample_time_s);
-                    read.map_err(|error| format!("the reference: {error}"))
-                })
-            }
+            Self::Sampled(Vector(values), sample_time_s) => Box::new(move || {
+                let read = Reference::sampled(values, sample_time_s);
+                read.map_err(|error| format!("the reference: {error}"))
+            }),
         }
     }
 }
@@ -120,7 +117,7 @@ pub(crate) fn simulate_loop<'py>(
     plant: Option<&Bound<'py, PyControlPlant>>,
     controller: Option<&Bound<'py, PyPid>>,
     form: &Bound<'py, PyAny>,
-    reference: Option<Given<'py>>,
+    reference: Option<Given>,
 ) -> PyResult<Run<'py>> {
     let asked = asked(plant, controller, form)?;
     let read = reference.map(Given::reader);
@@ -132,5 +129,5 @@ pub(crate) fn simulate_loop<'py>(
     let report = to_python(py, &found.judged())?;
     let run = found.response;
     let signals = [run.reference, run.measured, run.command];
-    Ok((report, signals.map(|signal| signal.into_pyarray(py))))
+    Ok((report, signals.map(Array::of)))
 }

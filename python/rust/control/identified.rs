@@ -1,11 +1,12 @@
 //! Plants from records.
 
+use crate::arrays::Array;
 use crate::conducted::{Interrupted, conduct};
 use crate::json::{from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
 use haptic_question::plant::keys::PlantForm;
 use haptic_question::plant::{PlantData, PlantFound, PlantQuestion};
-use numpy::{Complex64, PyArray1};
+use num_complex::Complex64;
 use pyo3::prelude::*;
 
 /// Name and bytes of a table.
@@ -38,8 +39,8 @@ pub(crate) fn identify_plant<'py>(
             .found(record, other, conduct.stop(), &steps)
             .or_refused()
     })?;
-    let numbers = |signal: &[f64]| PyArray1::from_slice(py, signal).into_any();
-    let complex = |values: Vec<Complex64>| PyArray1::from_vec(py, values).into_any();
+    let numbers = |signal: &[f64]| Array::of(signal.to_vec()).into_pyobject(py);
+    let complex = |values: Vec<Complex64>| Array::of(values).into_pyobject(py);
     let signals = match &answer {
         PlantFound::Record(answer) => {
             let found = &answer.record;
@@ -60,7 +61,7 @@ pub(crate) fn identify_plant<'py>(
     let program = concat!("fractional_haptics ", env!("CARGO_PKG_VERSION"));
     Ok((
         to_python(py, &answer.report())?,
-        signals.into(),
+        signals.into_iter().collect::<PyResult<_>>()?,
         answer.to_toml(program, "a record"),
     ))
 }

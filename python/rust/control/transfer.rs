@@ -1,7 +1,7 @@
 //! Fractional transfer functions and plants.
 
 use super::memory;
-use crate::arrays::{Whole, complex_vector, matrix, vector};
+use crate::arrays::{Array, Whole, complex_vector, matrix, vector};
 use crate::conducted::{each, heard_by};
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::Seconds;
@@ -10,7 +10,7 @@ use fractional_control::{
     step_response,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
-use numpy::{Complex64, IntoPyArray as _, PyArray1};
+use num_complex::Complex64;
 use pyo3::prelude::*;
 use pyo3::types::{PyComplex, PyTuple};
 use std::sync::Arc;
@@ -83,14 +83,14 @@ impl PyTransferFunction {
         rule: &str,
         tolerance: f64,
         respond: Respond,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> PyResult<Array<f64>> {
         // Input, output and what lies between.
         let samples = samples.with_room("samples", 4)?;
         let memory = memory(rule, tolerance, horizon(sample_time, samples))?;
         let y = heard_by(slf, move |function, _| {
             respond(&function.0, memory, Seconds(sample_time), samples).or_refused()
         })?;
-        Ok(y.into_pyarray(slf.py()))
+        Ok(Array::of(y))
     }
 }
 
@@ -154,11 +154,11 @@ impl PyTransferFunction {
     /// ------
     /// ValueError
     ///     Orders without a common unit.
-    fn poles<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+    fn poles<'py>(slf: &Bound<'py, Self>) -> PyResult<Array<Complex64>> {
         let poles = heard_by(slf, |function, _| {
             Ok(function.0.commensurate().or_refused()?.poles())
         })?;
-        Ok(PyArray1::from_vec(slf.py(), poles))
+        Ok(Array::of(poles))
     }
 
     /// Number of poles in the right half-plane; None where the count is not certain.
@@ -189,7 +189,7 @@ impl PyTransferFunction {
         samples: Whole,
         rule: &str,
         tolerance: f64,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> PyResult<Array<f64>> {
         Self::record(slf, sample_time, &samples, rule, tolerance, step_response)
     }
 
@@ -201,7 +201,7 @@ impl PyTransferFunction {
         samples: Whole,
         rule: &str,
         tolerance: f64,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> PyResult<Array<f64>> {
         let response = impulse_response;
         Self::record(slf, sample_time, &samples, rule, tolerance, response)
     }
@@ -225,13 +225,13 @@ impl PyTransferFunction {
         sample_time: f64,
         rule: &str,
         tolerance: f64,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> PyResult<Array<f64>> {
         let u = vector("u", u)?;
         let memory = memory(rule, tolerance, horizon(sample_time, u.len()))?;
         let y = heard_by(slf, move |function, _| {
             respond(&function.0, memory, Seconds(sample_time), &u).or_refused()
         })?;
-        Ok(y.into_pyarray(slf.py()))
+        Ok(Array::of(y))
     }
 
     fn __str__(&self) -> String {

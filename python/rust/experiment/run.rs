@@ -1,6 +1,7 @@
 //! Runs: relaxation, creep, a wall, a coupler, a touch.
 
 use super::{Heard, document, failed, provenance};
+use crate::arrays::Array;
 use crate::conducted::{Conduct, Interrupted, conduct};
 use crate::json::to_python;
 use crate::refused::OrRefused as _;
@@ -11,7 +12,6 @@ use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{EventMessage, TickMessage};
-use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::path::{Path, PathBuf};
@@ -111,7 +111,7 @@ pub(crate) fn table(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>
     let read = py.detach(|| columns(&path));
     let arrays = PyDict::new(py);
     for (name, values) in read.map_err(|failure| failed(&failure))? {
-        arrays.set_item(name, PyArray1::from_vec(py, values))?;
+        arrays.set_item(name, Array::of(values))?;
     }
     Ok(arrays)
 }

@@ -4,11 +4,10 @@ mod stream;
 
 pub(crate) use stream::{PyOperator, frequency_response};
 
-use crate::arrays::{Whole, room, vector};
+use crate::arrays::{Array, Whole, room, vector};
 use crate::conducted::heard;
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
-use numpy::{IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
 use std::time::Duration;
 
@@ -29,7 +28,7 @@ pub(crate) fn differintegrate<'py>(
     sample_time: f64,
     scheme: &str,
     reference: Option<f64>,
-) -> PyResult<Vec<Bound<'py, PyArray1<f64>>>> {
+) -> PyResult<Vec<Array<f64>>> {
     let (order, sample_time) = (Order::new(order).or_refused()?, Seconds(sample_time));
     let scheme = scheme_of(scheme)?;
     let columns = columns.iter().map(|column| vector("x", column));
@@ -45,7 +44,7 @@ pub(crate) fn differintegrate<'py>(
     let outputs = heard(py, Duration::MAX, move |_| {
         records(&columns, order, sample_time, scheme, reference)
     });
-    Ok(outputs?.into_iter().map(|y| y.into_pyarray(py)).collect())
+    Ok(outputs?.into_iter().map(Array::of).collect())
 }
 
 /// The defining sum where the scheme is one, else the operator run over each record.
@@ -77,11 +76,7 @@ fn records(
 
 /// The first weights of (1 − w)^μ.
 #[pyfunction]
-pub(crate) fn grunwald_weights(
-    py: Python<'_>,
-    order: f64,
-    count: Whole,
-) -> PyResult<Bound<'_, PyArray1<f64>>> {
+pub(crate) fn grunwald_weights(py: Python<'_>, order: f64, count: Whole) -> PyResult<Array<f64>> {
     let order = Order::new(order).or_refused()?;
     let count = count.with_room("count", 1)?;
     let about = Duration::from_nanos(10 * count as u64);
@@ -91,5 +86,5 @@ pub(crate) fn grunwald_weights(
         weights.extend(going.take(count));
         Ok(weights)
     });
-    Ok(PyArray1::from_vec(py, weights?))
+    Ok(Array::of(weights?))
 }

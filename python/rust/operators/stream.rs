@@ -1,14 +1,14 @@
 //! An operator of a stream, and the frequency response of any.
 
 use super::{Axis, scheme_of};
-use crate::arrays::{Whole, frequencies, room, vector};
+use crate::arrays::{Array, Whole, frequencies, room, vector};
 use crate::conducted::{Conduct, LONG, heard};
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::parameter::positive;
 use fracdiff::{
     Channel, ExactDifference, FrequencyResponse as _, OperatorHistory, Order, Scheme, Seconds,
 };
-use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
+use num_complex::Complex64;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::time::Duration;
@@ -179,17 +179,13 @@ impl PyOperator {
     /// ValueError
     ///     Not one dimension, or not real numbers.
     #[pyo3(signature = (block, /))]
-    fn process<'py>(
-        &mut self,
-        py: Python<'py>,
-        block: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn process<'py>(&mut self, py: Python<'py>, block: &Bound<'py, PyAny>) -> PyResult<Array<f64>> {
         let mut samples = vector("block", block)?;
         let about = self.time_of(samples.len());
         if about <= LONG {
             let axis = &mut self.axis;
             py.detach(|| axis.process(&mut samples));
-            return Ok(samples.into_pyarray(py));
+            return Ok(Array::of(samples));
         }
         // An interruption leaves the operator as it was.
         let mut axis = self.axis.clone();
@@ -198,7 +194,7 @@ impl PyOperator {
             Ok((axis, samples))
         })?;
         self.axis = axis;
-        Ok(samples.into_pyarray(py))
+        Ok(Array::of(samples))
     }
 
     /// Forgets the past.
@@ -223,7 +219,7 @@ impl PyOperator {
     /// -------
     /// ndarray, shape (count,)
     ///     T^(-order) w_j in s^(-order), newest sample first: ``np.convolve`` with them is `process` from rest.
-    fn weights<'py>(&self, py: Python<'py>, count: Whole) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn weights<'py>(&self, py: Python<'py>, count: Whole) -> PyResult<Array<f64>> {
         let count = count.with_room("count", 1)?;
         let mut axis = Channel::new(self.axis.operator().clone());
         let weights = heard(py, self.time_of(count), move |conduct| {
@@ -235,7 +231,7 @@ impl PyOperator {
             run_unless(conduct, &mut axis, &mut weights);
             Ok(weights)
         });
-        Ok(PyArray1::from_vec(py, weights?))
+        Ok(Array::of(weights?))
     }
 
     /// The frequency response of the operator as it is made.
@@ -257,7 +253,7 @@ impl PyOperator {
     pub(super) fn frequency_response<'py>(
         &self,
         omega: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+    ) -> PyResult<Array<Complex64>> {
         let operator = self.axis.operator().clone();
         let rate = self.sample_time.rate_to_the(self.order).or_refused()?;
         response(omega, self.sample_time.0, move |theta| {
@@ -266,7 +262,7 @@ impl PyOperator {
     }
 
     /// The operator as numbers: form, differences (> 0) or sums (< 0) around, values; None for a scheme without such a list.
-    fn _list<'py>(&self, py: Python<'py>) -> Option<(&'static str, i8, Bound<'py, PyArray1<f64>>)> {
+    fn _list(&self) -> Option<(&'static str, i8, Array<f64>)> {
         use fracdiff::portable::Form;
         let list = self.axis.operator().list()?;
         let form = match list.form {
@@ -274,7 +270,7 @@ impl PyOperator {
             Form::Modes => "modes",
             Form::Recursion => "recursion",
         };
-        Some((form, list.integer, PyArray1::from_vec(py, list.values)))
+        Some((form, list.integer, Array::of(list.values)))
     }
 
     /// The order of the operator, as it was given.
@@ -358,7 +354,7 @@ pub(crate) fn frequency_response<'py>(
     sample_time: f64,
     scheme: &str,
     horizon: f64,
-) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+) -> PyResult<Array<Complex64>> {
     if scheme_of(scheme)? != Scheme::Exact {
         let operator = PyOperator::new(omega.py(), order, sample_time, scheme, horizon)?;
         return operator.frequency_response(omega);
@@ -376,11 +372,11 @@ fn response<'py>(
     omega: &Bound<'py, PyAny>,
     sample_time: f64,
     at: impl Fn(f64) -> Complex64 + Send + 'static,
-) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
+) -> PyResult<Array<Complex64>> {
     let py = omega.py();
     let (omega, shape) = frequencies(omega, sample_time, true)?;
     let values: Vec<Complex64> = heard(py, Duration::MAX, move |conduct| {
         Ok(conduct.each(&omega, |omega| at(omega * sample_time)))
     })?;
-    values.into_pyarray(py).reshape(shape)
+    Ok(Array::shaped(values, shape))
 }

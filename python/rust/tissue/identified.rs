@@ -2,7 +2,7 @@
 
 use super::kind_of;
 use super::model::PyModel;
-use crate::arrays::{complex_vector, vector};
+use crate::arrays::{Array, complex_vector, vector};
 use crate::conducted::{Interrupted, conduct};
 use crate::json::{dict, from_python, to_python};
 use crate::refused::{OrRefused as _, refused};
@@ -11,7 +11,6 @@ use haptic_question::tissue::{RecordForm, RecordQuestion};
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{self, CANDIDATES, Identification, Record, RecordKind, TableDetails};
 use measured_table::Column;
-use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -164,14 +163,14 @@ fn report<'py>(py: Python<'py>, found: &Identification) -> PyResult<Bound<'py, P
             "rms": fit.rms,
             "aic": fit.aic,
             "bic": fit.bic,
-            "predicted": PyArray1::from_slice(py, &fit.predicted),
+            "predicted": Array::of(fit.predicted.to_vec()),
             "is_settled": fit.is_settled(),
         })
     });
     Ok(dict! {py;
         "kind": found.kind.name(),
-        "x": PyArray1::from_slice(py, &found.x),
-        "measured": PyArray1::from_slice(py, &found.measured),
+        "x": Array::of(found.x.to_vec()),
+        "measured": Array::of(found.measured.to_vec()),
         "warnings": &found.warnings,
         "beside": to_python(py, &found.placement)?,
         "fits": fits.collect::<PyResult<Vec<_>>>()?,

@@ -1,11 +1,11 @@
 //! A model of viscoelastic matter.
 
 use super::{checked_history, kind_of, values_of};
-use crate::arrays::{Whole, vector};
+use crate::arrays::{Array, Whole, vector};
 use crate::conducted::{each, heard};
 use crate::refused::{OrRefused as _, refused};
 use haptic_tissue::{Card, ExportFormat, MeasuredLoading, Model, PronyFit};
-use numpy::{Complex64, IntoPyArray as _, PyArray1};
+use num_complex::Complex64;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::time::Duration;
@@ -70,7 +70,7 @@ impl PyModel {
         name: &str,
         given: &Bound<'py, PyAny>,
         answer: fn(&Model, &[f64], &[f64]) -> Vec<f64>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> PyResult<Array<f64>> {
         let py = time_s.py();
         let (time_s, given) = (vector("time_s", time_s)?, vector(name, given)?);
         checked_history(&time_s, &given, name)?;
@@ -78,7 +78,7 @@ impl PyModel {
         let answer = heard(py, Duration::MAX, move |_| {
             Ok(answer(&model, &time_s, &given))
         })?;
-        Ok(answer.into_pyarray(py))
+        Ok(Array::of(answer))
     }
 }
 
@@ -188,7 +188,7 @@ impl PyModel {
         &self,
         time_s: &Bound<'py, PyAny>,
         strain: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> PyResult<Array<f64>> {
         self.history(time_s, "strain", strain, Model::stress)
     }
 
@@ -214,7 +214,7 @@ impl PyModel {
         &self,
         time_s: &Bound<'py, PyAny>,
         stress_pa: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> PyResult<Array<f64>> {
         self.history(time_s, "stress_pa", stress_pa, Model::strain)
     }
 
