@@ -29,12 +29,10 @@ use crate::run::Supervisor;
 use crate::run::folder::FolderRequest;
 use crate::run::schedule::Pace;
 use crate::run::tick::KeptSample;
-use haptic_document::Failure;
-use haptic_document::Table;
 use haptic_document::parameters::{
     CONTROLLER, DEVICE, DEVICE_MODEL, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, Parameter, Value,
 };
-use haptic_document::{Document, FileError, IN_LOG, choice, parameters as p};
+use haptic_document::{Document, Failure, FileError, IN_LOG, Table, choice, parameters as p};
 use haptic_log::record::{TickMessage, add_verdict};
 use parameters::{AT_A_DEVICE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device};
 use std::any::Any;

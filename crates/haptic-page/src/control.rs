@@ -12,8 +12,7 @@ use haptic_question::control_loop::{ControlLoop, FormParts, LoopForm, NamedPlant
 use haptic_question::controller::DesignForm;
 use haptic_question::controller::report::designed as designed_by;
 use haptic_question::words::{gains, in_degrees, in_short, margins, shape};
-use haptic_trial::ControllerFile;
-use haptic_trial::PlantModel;
+use haptic_trial::{ControllerFile, PlantModel};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::path::Path;

@@ -9,8 +9,7 @@ use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::run::write_text;
 use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_tissue::{Library, Material};
-use haptic_trial::ControllerFile;
-use haptic_trial::PlantModel;
+use haptic_trial::{ControllerFile, PlantModel};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

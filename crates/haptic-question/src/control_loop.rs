@@ -12,12 +12,11 @@ use fractional_control::{
     ControllerParameters, ControllerSetup, FractionalTransferFunction, PidParameters, Plant,
     SetPoint,
 };
-use haptic_document::Failure;
 use haptic_document::parameters::Paths;
 use haptic_document::parameters::range::{
     DAMPINGS, DEAD_TIMES, DEVICE_TIMES, DURATIONS, MASSES, NUMBERS, SAMPLE_TIMES, STIFFNESSES,
 };
-use haptic_document::short;
+use haptic_document::{Failure, short};
 use haptic_trial::ControllerFile;
 use haptic_trial::plant_file::{DeviceValues, PlantModel, TABLES};
 use measured_table::is_file;

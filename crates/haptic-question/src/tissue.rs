@@ -3,16 +3,13 @@
 //! A form holds what somebody gives, by the names of keys, each text as the command takes it; a question is a form that is understood.
 
 use super::form::form;
-use haptic_document::Failure;
-use haptic_document::Named;
 use haptic_document::parameters::range::{
     HALF_ANGLES, POISSON_RATIOS, Range, SPECIMENS, STRAINS, STRESSES,
 };
 use haptic_document::parameters::{
     BONDED, HALF_ANGLE, INDENTER_RADIUS, POISSON_RATIO, Parameter, STIFFENING,
 };
-use haptic_document::short;
-use haptic_document::{Rows, rows};
+use haptic_document::{Failure, Named, Rows, rows, short};
 use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;

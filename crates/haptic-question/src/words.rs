@@ -10,9 +10,8 @@ use fractional_control::tuning::Specification;
 use fractional_control::{
     ControlError, Crossing, Margins, PidParameters, Plant, StepShape, factor_after_division,
 };
-use haptic_document::Failure;
 use haptic_document::parameters::{DELAY, OUTPUT_HIGH, SAMPLE_TIME};
-use haptic_document::short;
+use haptic_document::{Failure, short};
 use haptic_quantity::{Key, digits, written};
 use haptic_trial::controller_file::{ControllerFile, ControllerOrigin};
 use serde_json::{Value, json};

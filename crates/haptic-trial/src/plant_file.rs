@@ -17,11 +17,10 @@ use calibration::{CALIBRATION_KEYS, Calibration, MeasuredNumber};
 use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
 use haptic_document::parameters::Parameter;
-use haptic_document::{FileError, text_of};
-use haptic_document::{Interval, Table};
-use haptic_document::{Parsed, lines_of, parameters as p};
+use haptic_document::{
+    Failure, FileError, Interval, Parsed, Table, lines_of, parameters as p, text_of,
+};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, Seconds};
 use measured_table::{ResponseTable, TABLE_MOST, read_bytes, read_response, rows_named};

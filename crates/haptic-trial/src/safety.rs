@@ -69,11 +69,8 @@ pub mod keys {
 
 use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Named as _;
-use haptic_document::Table;
 use haptic_document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
+use haptic_document::{Failure, FileError, Named as _, Table};
 use haptic_link::{Simulation, SimulationKind};
 use haptic_loop::units::{Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{

@@ -44,14 +44,10 @@ use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LoopOperator,
 };
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Table;
-use haptic_document::parameters as p;
-use haptic_document::parameters;
 use haptic_document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use haptic_document::parameters::{Parameter, joined};
+use haptic_document::{Failure, FileError, Table, parameters, parameters as p};
 use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{

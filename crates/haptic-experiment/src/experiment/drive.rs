@@ -23,15 +23,12 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Real, Seconds};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Table;
-use haptic_document::parameters;
 use haptic_document::parameters::Parameter;
 use haptic_document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
 use haptic_document::parameters::{
     CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
 };
+use haptic_document::{Failure, FileError, Table, parameters};
 use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_log::record::TickMessage;
 use haptic_loop::nalgebra::SVector;
@@ -41,8 +38,7 @@ use haptic_loop::plant::{
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 use haptic_quantity::written;
-use haptic_trial::ControllerFile;
-use haptic_trial::DeviceModel;
+use haptic_trial::{ControllerFile, DeviceModel};
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
 pub(crate) use path::{PressPath, Section};
 pub(crate) use preflight::{TissueLaw, device};

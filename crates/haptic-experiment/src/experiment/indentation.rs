@@ -44,15 +44,11 @@ use crate::run::{Ran, SAMPLES, run_logged};
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use fractional_control::Term;
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Named as _;
-use haptic_document::Table;
-use haptic_document::parameters as p;
 use haptic_document::parameters::{
     CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, Parameter, TISSUE,
     TISSUE_IN_LOG,
 };
+use haptic_document::{Failure, FileError, Named as _, Table, parameters as p};
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
     FacingConfig, ForceSensorConfig, HeldRig, IndentationRig, MassDamperConfig, RampHold,

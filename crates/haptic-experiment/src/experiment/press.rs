@@ -37,12 +37,6 @@ use fracdiff::Scheme;
 use fracdiff::parameter::Shown;
 use fractional_control::Term;
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Table;
-use haptic_document::named;
-use haptic_document::parameters as p;
-use haptic_document::parameters;
 use haptic_document::parameters::range::{
     DURATIONS, FREQUENCIES_HZ, REACHES_ABOVE_0, STIFFNESSES_ABOVE_0,
 };
@@ -51,6 +45,7 @@ use haptic_document::parameters::{
     TISSUE_IN_LOG,
 };
 use haptic_document::parameters::{Parameter, joined};
+use haptic_document::{Failure, FileError, Table, named, parameters, parameters as p};
 use haptic_link::LoopMode;
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{

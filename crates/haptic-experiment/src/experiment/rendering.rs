@@ -1,13 +1,11 @@
 //! Keys of relaxation and creep: the load, the operator that renders the tissue, and the rig it is rendered on.
 
-use haptic_document::named;
-use haptic_document::parameters as p;
-use haptic_document::parameters;
 use haptic_document::parameters::range::{
     DAMPINGS, DISSIPATIONS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, SHARES,
     STIFFNESSES, STRAINS, STRESSES,
 };
 use haptic_document::parameters::{Parameter, joined};
+use haptic_document::{named, parameters, parameters as p};
 use serde::Serialize;
 
 parameters! {

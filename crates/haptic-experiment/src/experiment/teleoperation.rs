@@ -33,11 +33,6 @@ use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Table;
-use haptic_document::named;
-use haptic_document::parameters;
 use haptic_document::parameters::range::{
     ARM_PLACES, COUPLER_ORDERS, DAMPINGS, DAMPINGS_ABOVE_0, DISSIPATIONS, DURATIONS,
     FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
@@ -48,6 +43,7 @@ use haptic_document::parameters::{
     SAMPLE_TIME, SCHEME, SENSED_LAG, SENSED_NOISE, SENSED_RANGE, SENSED_SEED,
 };
 use haptic_document::parameters::{Parameter, joined};
+use haptic_document::{Failure, FileError, Table, named, parameters};
 use haptic_link::{Architecture, HandSide};
 use haptic_loop::SafetyChain;
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};

@@ -23,10 +23,6 @@ use crate::run::record::WHOLE_MOST;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Table;
-use haptic_document::parameters;
 use haptic_document::parameters::range::{
     DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
     STIFFNESSES_ABOVE_0, WALL_ORDERS, WORKSPACES,
@@ -36,6 +32,7 @@ use haptic_document::parameters::{
     SCHEME, SENSED_RANGE, TOUCH_AXES, UNNAMED_PIECE,
 };
 use haptic_document::parameters::{Parameter, joined};
+use haptic_document::{Failure, FileError, Table, parameters};
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limit, SafetyChain, SafetyLimits};

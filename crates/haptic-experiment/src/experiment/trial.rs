@@ -19,16 +19,12 @@ use crate::run::tap::TappedLaw;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Named;
-use haptic_document::Table;
-use haptic_document::parameters;
 use haptic_document::parameters::Parameter;
 use haptic_document::parameters::range::{
     DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
 };
 use haptic_document::parameters::{PUSH_BY, SCHEME, TRIAL_DURATION};
+use haptic_document::{Failure, FileError, Named, Table, parameters};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{

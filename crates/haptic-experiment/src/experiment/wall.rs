@@ -17,16 +17,12 @@ use crate::run::samples::Samples;
 use crate::run::tap::TappedLaw;
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Named;
-use haptic_document::Table;
-use haptic_document::parameters;
 use haptic_document::parameters::range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS};
 use haptic_document::parameters::{
     DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, LOOP, MASS, SAMPLE_TIME,
 };
 use haptic_document::parameters::{Parameter, joined};
+use haptic_document::{Failure, FileError, Named, Table, parameters};
 use haptic_link::LoopMode;
 use haptic_loop::plant::run_wall;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};

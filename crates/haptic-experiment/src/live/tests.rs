@@ -4,8 +4,7 @@ use super::hand::HeldDevice;
 use super::ticking::{Around, FeltController, Looping};
 use super::*;
 use fracdiff::{Order, Scheme};
-use haptic_document::Document;
-use haptic_document::Failure;
+use haptic_document::{Document, Failure};
 use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{

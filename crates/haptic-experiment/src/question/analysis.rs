@@ -16,9 +16,8 @@ pub use answer::{
 };
 use difference::Difference;
 use felt::{CouplerNeed, Felt};
-use haptic_document::Failure;
-use haptic_document::Table;
 use haptic_document::parameters::KeyTable;
+use haptic_document::{Failure, Table};
 pub use keys::*;
 use std::sync::atomic::AtomicBool;
 use teleoperation::HandsQuestion;

@@ -6,13 +6,11 @@ use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::run::advice::check;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::{SampledLoop, StableArea};
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Table;
 use haptic_document::parameters::{
     DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME, SCHEME,
 };
 use haptic_document::parameters::{Parameter, joined};
+use haptic_document::{Failure, FileError, Table};
 use haptic_loop::plant::MassDamperConfig;
 use rayon::prelude::*;
 use serde::Serialize;

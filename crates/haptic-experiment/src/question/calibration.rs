@@ -20,11 +20,10 @@ use crate::question::measurement::{
     self, MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
 };
 pub use answer::{CalibrationReport, Calibrator};
-use haptic_document::Failure;
-use haptic_document::parameters;
 use haptic_document::parameters::DEVICE_MODEL;
 use haptic_document::parameters::Parameter;
 use haptic_document::parameters::range::Range;
+use haptic_document::{Failure, parameters};
 use std::sync::Arc;
 use std::sync::mpsc::{TryRecvError, channel};
 

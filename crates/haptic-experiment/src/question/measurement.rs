@@ -24,13 +24,10 @@ mod tests;
 
 use crate::question::bench::SIMULATED;
 pub use answer::{MeasureReport, Measurement};
-use haptic_document::FileError;
-use haptic_document::Named;
-use haptic_document::Table;
-use haptic_document::parameters;
 use haptic_document::parameters::Parameter;
 use haptic_document::parameters::range::Range;
 use haptic_document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
+use haptic_document::{FileError, Named, Table, parameters};
 use haptic_link::Limits;
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{SafetyLimits, Stuck, Workspace};

@@ -37,15 +37,13 @@ use crate::run::device::Warn;
 use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use fracdiff::{Order, Scheme};
-use haptic_document::Failure;
-use haptic_document::Table;
-use haptic_document::parameters;
 use haptic_document::parameters::range::WALL_ORDERS;
 use haptic_document::parameters::{
     CAMPAIGN, DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION,
     UNNAMED_PIECE,
 };
 use haptic_document::parameters::{Parameter, joined};
+use haptic_document::{Failure, Table, parameters};
 use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Newtons, Seconds};

@@ -4,8 +4,7 @@ use super::{CROSSOVER, LOOP_TIME, NOT_FLAT, PHASE_MARGIN};
 use crate::words::{DesignWords, gains, in_degrees, margins, refused, row_of_wish, shape};
 use fractional_control::ControlError;
 use fractional_control::design::{ControlAnswer, ControlDesign, TunedController, Wish};
-use haptic_document::Failure;
-use haptic_document::rows;
+use haptic_document::{Failure, rows};
 use serde_json::{Value, json};
 
 /// A controller that was designed, with the best PID of order 1 beside it.

@@ -10,10 +10,8 @@ use crate::run::Ran;
 use crate::run::remote::device_name;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
-use haptic_document::Failure;
-use haptic_document::Named as _;
 use haptic_document::parameters::{CONTROLLER, FORCE_LIMIT};
-use haptic_document::rows;
+use haptic_document::{Failure, Named as _, rows};
 use haptic_quantity::written;
 use serde_json::json;
 

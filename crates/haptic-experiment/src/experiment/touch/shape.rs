@@ -2,8 +2,7 @@
 
 use super::{TOUCH_NORMAL, TOUCH_SURFACE};
 use fracdiff::Operator;
-use haptic_document::Failure;
-use haptic_document::named;
+use haptic_document::{Failure, named};
 use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
 use std::f64::consts::{PI, TAU};

@@ -27,11 +27,8 @@ use crate::run::simulate::{Instrumented, Simulated};
 use crate::run::tick::KeptSample;
 use crate::run::{Ran, Supervisor, World};
 use fracdiff::parameter::Shown;
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Table;
-use haptic_document::parameters as p;
 use haptic_document::parameters::Parameter;
+use haptic_document::{Failure, FileError, Table, parameters as p};
 use haptic_log::record::TickMessage;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig, Sensed,
@@ -41,9 +38,8 @@ use haptic_loop::{
     Controller, Device, Environment, OwnPush, Reading, SafeForce, SafetyChain, SafetyLimits,
     SafetyState,
 };
-use haptic_trial::DeviceModel;
-use haptic_trial::Sensors;
 use haptic_trial::safety::{GuardChoice, Safety};
+use haptic_trial::{DeviceModel, Sensors};
 use nalgebra::Vector1;
 use std::convert::Infallible;
 use std::sync::Arc;

@@ -15,16 +15,12 @@ use crate::run::remote::RemoteLaw;
 use crate::run::samples::Samples;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Table;
-use haptic_document::parameters as p;
+use haptic_document::{Failure, FileError, Table, parameters as p};
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
-use haptic_trial::DeviceModel;
-use haptic_trial::Sensors;
 use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
+use haptic_trial::{DeviceModel, Sensors};
 
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]

@@ -5,9 +5,8 @@ use crate::judge::Rows;
 use crate::run::folder::OutputFolder;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{LoopOperator, Polygon};
-use haptic_document::Failure;
-use haptic_document::Table;
 use haptic_document::parameters::SAMPLE_TIME;
+use haptic_document::{Failure, Table};
 use haptic_quantity::label;
 use serde::Serialize;
 

@@ -23,10 +23,8 @@ use crate::experiment::tables;
 use crate::run::document::read_document;
 use fracdiff::num_complex::Complex;
 use haptic_analysis::{WantedNumber, nearest};
-use haptic_document::Failure;
-use haptic_document::Table;
 use haptic_document::parameters::{LAW, OTHER_LAW, Parameter};
-use haptic_document::rows;
+use haptic_document::{Failure, Table, rows};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 

@@ -15,10 +15,8 @@ use haptic_analysis::{
     ClosedLoop, Coupler, Dynamics, LeastDamping, LoopOperator, SampledLoop, SampledPlant,
     SampledWall,
 };
-use haptic_document::Failure;
-use haptic_document::Table;
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
-use haptic_document::rows;
+use haptic_document::{Failure, Table, rows};
 use haptic_quantity::written;
 use serde_json::{Value, json};
 use std::f64::consts::PI;

@@ -14,12 +14,10 @@ use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
     CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation, Transparency,
 };
-use haptic_document::Failure;
-use haptic_document::Table;
 use haptic_document::parameters::{
     DAMPING, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
 };
-use haptic_document::rows;
+use haptic_document::{Failure, Table, rows};
 use haptic_link::Architecture;
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};

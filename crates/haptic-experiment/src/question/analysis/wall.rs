@@ -17,9 +17,8 @@ use haptic_analysis::{
     OnePort, Polygon, RequiredDelta, SampledLoop, SampledPlant, SampledWall, StabilityRegion,
     StableArea,
 };
-use haptic_document::Failure;
-use haptic_document::Table;
 use haptic_document::parameters::{DEVICE_MODEL, PLANT_MODEL, Parameter};
+use haptic_document::{Failure, Table};
 use haptic_quantity::{digits, written};
 use haptic_trial::PlantModel;
 use serde_json::{Value, json};

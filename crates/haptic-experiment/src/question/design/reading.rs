@@ -14,13 +14,11 @@ use crate::judge::preflight::WallContact;
 use crate::question::analysis::{ANALYSED_CONTROLLER, law};
 use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
-use haptic_document::Failure;
-use haptic_document::FileError;
-use haptic_document::Table;
 use haptic_document::parameters::{
     CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SAMPLE_TIME, SCHEME,
     SENSOR_NOISE, UNNAMED_PIECE,
 };
+use haptic_document::{Failure, FileError, Table};
 
 pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
     let wish = table.choice(&WISH)?;

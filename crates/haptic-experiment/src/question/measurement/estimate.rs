@@ -15,8 +15,7 @@ use super::fit::{
 use super::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MotionRecord,
 };
-use haptic_document::Interval;
-use haptic_document::parameters as p;
+use haptic_document::{Interval, parameters as p};
 use haptic_trial::plant_file::{DeviceModel, DeviceValues};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
