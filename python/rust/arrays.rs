@@ -70,7 +70,7 @@ impl<T> Array<T> {
         Self { values, shape }
     }
 
-    /// The last axis first; as many numbers as the shape has.
+    /// As many numbers as the shape has, those of the last axis side by side.
     pub(crate) const fn shaped(values: Vec<T>, shape: Vec<usize>) -> Self {
         Self { values, shape }
     }
