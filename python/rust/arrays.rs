@@ -1,4 +1,4 @@
-//! Arrays in: whatever NumPy makes an array of, as numbers of 64 bits, copied. A copy costs little beside what is done
+//! Arrays in and out. In comes whatever NumPy makes an array of, as numbers of 64 bits, copied. A copy costs little beside what is done
 //! with it, and another thread cannot change it while the interpreter is released. And how many: counts, and room for them.
 
 use crate::refused::refused;
