@@ -5,7 +5,7 @@ use crate::refused::refused;
 use num_complex::Complex64;
 use pyo3::Borrowed;
 use pyo3::prelude::*;
-use pyo3::types::{PyByteArray, PyBytes};
+use pyo3::types::{IntoPyDict as _, PyByteArray, PyBytes};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
@@ -16,7 +16,6 @@ const REAL: &str = "fiu";
 pub(crate) trait Element: Copy + Send {
     /// Its type, as NumPy calls it.
     const TYPE: &'static str;
-    const SIZE: usize;
 
     fn put(self, bytes: &mut [u8]);
 }
@@ -25,7 +24,6 @@ macro_rules! elements {
     ($($number:ty = $name:literal;)*) => {
         $(impl Element for $number {
             const TYPE: &'static str = $name;
-            const SIZE: usize = size_of::<Self>();
 
             fn put(self, bytes: &mut [u8]) {
                 bytes.copy_from_slice(&self.to_ne_bytes());
@@ -38,7 +36,6 @@ elements! { f64 = "float64"; u64 = "uint64"; u8 = "uint8"; }
 
 impl Element for bool {
     const TYPE: &'static str = "bool";
-    const SIZE: usize = 1;
 
     fn put(self, bytes: &mut [u8]) {
         u8::from(self).put(bytes);
@@ -47,10 +44,9 @@ impl Element for bool {
 
 impl Element for Complex64 {
     const TYPE: &'static str = "complex128";
-    const SIZE: usize = 2 * f64::SIZE;
 
     fn put(self, bytes: &mut [u8]) {
-        let (re, im) = bytes.split_at_mut(f64::SIZE);
+        let (re, im) = bytes.split_at_mut(bytes.len() / 2);
         self.re.put(re);
         self.im.put(im);
     }
@@ -82,8 +78,8 @@ impl<'py, T: Element> IntoPyObject<'py> for Array<T> {
     type Error = PyErr;
 
     fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
-        let bytes = PyByteArray::new_with(py, T::SIZE * self.values.len(), |bytes| {
-            let places = bytes.chunks_exact_mut(T::SIZE);
+        let bytes = PyByteArray::new_with(py, size_of_val(&*self.values), |bytes| {
+            let places = bytes.chunks_exact_mut(size_of::<T>());
             places
                 .zip(&self.values)
                 .for_each(|(bytes, value)| value.put(bytes));
@@ -126,7 +122,9 @@ fn converted<'py, T: Element>(
             if wanted == 1 { "" } else { "s" }
         )));
     }
-    let bytes = array.call_method1("astype", (T::TYPE,))?;
+    // The bytes are a copy already.
+    let known = [("copy", false)].into_py_dict(x.py())?;
+    let bytes = array.call_method("astype", (T::TYPE,), Some(&known))?;
     let bytes = bytes.call_method0("tobytes")?;
     Ok((bytes.cast_into::<PyBytes>()?, lengths))
 }

@@ -132,7 +132,7 @@ fn what_touches_the_world_is_found() {
         of_the_world(&source.files[0])
     };
     assert_eq!(
-        named("use std::fs::File; pub fn f() -> File { todo!() }"),
+        named("use std::fs::File; pub fn f(file: &File) -> &File { file }"),
         ["std::fs::File"]
     );
     assert_eq!(
