@@ -5,7 +5,8 @@
 use haptic_link::{
     BatchItem, DeviceReport, FRAME_MAX, Header, Request, Sample, SampleBatch, encode,
 };
-use haptic_log::record::{EventMessage, LogWriter, TickMessage};
+use haptic_log::record::LogWriter;
+use haptic_message::{EventMessage, TickMessage};
 use std::error::Error;
 use std::fs;
 use std::io::Cursor;

@@ -4,9 +4,8 @@ use crate::arrays::Array;
 use crate::conducted::{Interrupted, conduct};
 use crate::json::{dict, to_python};
 use crate::refused::unread;
-use haptic_log::record::{
-    ColumnValue, Condition, Entry, EventMessage, LogFiles, MetadataRecord, RecordError, TickMessage,
-};
+use haptic_log::record::{Condition, Entry, LogFiles, RecordError};
+use haptic_message::{ColumnValue, EventMessage, MetadataRecord, TickMessage};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};

@@ -33,7 +33,8 @@ use haptic_document::parameters::{
     CONTROLLER, DEVICE, DEVICE_MODEL, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, Parameter, Value,
 };
 use haptic_document::{Document, Failure, FileError, IN_LOG, Table, choice, parameters as p};
-use haptic_log::record::{TickMessage, add_verdict};
+use haptic_log::record::add_verdict;
+use haptic_message::TickMessage;
 use parameters::{AT_A_DEVICE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device};
 use std::any::Any;
 use std::collections::BTreeMap;

@@ -11,7 +11,7 @@ use haptic_experiment::parameters::{Parameter, Value, of_kind};
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{EventMessage, TickMessage};
+use haptic_message::{EventMessage, TickMessage};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::path::{Path, PathBuf};

@@ -30,13 +30,13 @@ use haptic_document::parameters::{
 };
 use haptic_document::{Failure, FileError, Table, parameters};
 use haptic_link::{ControllerLaw, OperatorShape};
-use haptic_log::record::TickMessage;
 use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{
     FacingContact, FacingSide, HeldRig, Holder, IndentationRig, RampHold, RigDrive,
 };
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
+use haptic_message::TickMessage;
 use haptic_quantity::written;
 use haptic_trial::{ControllerFile, DeviceModel};
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};

@@ -47,13 +47,13 @@ use haptic_document::parameters::{
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table, named, parameters, parameters as p};
 use haptic_link::LoopMode;
-use haptic_log::record::TickMessage;
 use haptic_loop::plant::{
     ForceSensorConfig, MassDamperConfig, PressedDevice, PressedSpecimen, RampHold, Sensed,
     SpecimenMatter,
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
+use haptic_message::TickMessage;
 use haptic_trial::Sensors;
 use haptic_trial::safety::{Safety, safety};
 pub use record::PressRecord;

@@ -164,7 +164,7 @@ impl SensedForce {
 mod tests {
     use super::*;
     use crate::run::tick::KeptSample;
-    use haptic_log::record::TickMessage;
+    use haptic_message::TickMessage;
     use proptest::prelude::*;
 
     fn judged(samples: &[[f64; 3]]) -> SensedForce {

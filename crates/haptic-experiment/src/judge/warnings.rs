@@ -219,7 +219,7 @@ impl Warnings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_log::record::TickMessage;
+    use haptic_message::TickMessage;
 
     #[test]
     fn late_ticks_are_counted_among_all_ticks_of_the_device_and_not_those_of_the_run() {

@@ -5,7 +5,8 @@ use crate::run::folder::FolderRequest;
 use crate::run::recorder::Recorder;
 use crate::run::tick::by_loop;
 use haptic_document::Failure;
-use haptic_log::record::{END, EndKind, RunEnd, StartTime, TickMessage};
+use haptic_log::record::StartTime;
+use haptic_message::{END, EndKind, RunEnd, TickMessage};
 use std::collections::BTreeMap;
 use std::time::SystemTime;
 

@@ -7,8 +7,8 @@ use crate::run::World;
 use crate::run::ending::Ending;
 use crate::run::remote::{Steered, Steers};
 use crate::run::tick::by_loop;
-use haptic_log::record::{EventMessage, TickMessage};
 use haptic_loop::{Controller, Engaged, LoopSample};
+use haptic_message::{EventMessage, TickMessage};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 

@@ -5,12 +5,13 @@ use super::ticking::{Around, FeltController, Looping};
 use super::*;
 use fracdiff::{Order, Scheme};
 use haptic_document::{Document, Failure};
-use haptic_log::record::{Entry, LogFiles, TickMessage};
+use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{
     Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds as S,
 };
 use haptic_loop::{Controller, Environment as _, LoopSample, Pushing, SafetyChain, Wall};
+use haptic_message::TickMessage;
 use nalgebra::Vector1;
 use std::path::Path;
 use std::sync::Arc;

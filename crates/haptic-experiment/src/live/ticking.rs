@@ -3,8 +3,8 @@
 
 use super::fading::{Fading, Law};
 use super::law::Felt;
-use haptic_log::record::EventMessage;
 use haptic_loop::{Controller, Environment as _, LoopSample};
+use haptic_message::EventMessage;
 use nalgebra::Vector1;
 use rtrb::{Consumer, Producer, PushError};
 use std::any::Any;

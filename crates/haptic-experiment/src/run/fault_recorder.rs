@@ -8,7 +8,8 @@
 //! ```
 //! Kept in memory, so that it is there even when the disk was slower than the loop.
 
-use haptic_log::record::{EventMessage, Leftover, LogWriter, RecordError, StartTime, TickMessage};
+use haptic_log::record::{Leftover, LogWriter, RecordError, StartTime};
+use haptic_message::{EventMessage, TickMessage};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
@@ -242,7 +243,7 @@ mod tests {
         assert_eq!(ticks(&recorder), (0..15).collect::<Vec<_>>());
         assert_eq!(recorder.filled, [3, 4, 9, 12, 13, 14]);
         let from_device = (recorder.ticks.iter())
-            .filter(|tick| tick.commanded_force_n == haptic_log::record::PerAxis::from(1.0));
+            .filter(|tick| tick.commanded_force_n == haptic_message::PerAxis::from(1.0));
         assert_eq!(from_device.count(), 6);
     }
 

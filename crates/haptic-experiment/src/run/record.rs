@@ -12,9 +12,9 @@ use super::remote::LinkSummary;
 use super::sensor_offset::Tare;
 use super::tick::{KeptSample, TickRecord};
 use haptic_document::Failure;
-use haptic_log::record::{EndKind, RunEnd};
 use haptic_loop::realtime::Durations;
 use haptic_loop::realtime::RaisedThread;
+use haptic_message::{EndKind, RunEnd};
 
 /// Largest number of samples of a run kept in memory.
 pub(crate) const WHOLE_MOST: u64 = 1_000_000;
@@ -330,7 +330,7 @@ impl Record {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_log::record::TickMessage;
+    use haptic_message::TickMessage;
 
     /// Of a drive that began between two ticks the first after it counts, at the time from there.
     #[test]

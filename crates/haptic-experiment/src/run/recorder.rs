@@ -7,10 +7,8 @@ use super::budget::{Budget, TickParts};
 use super::fault_recorder::{FaultRecorder, FaultSeen, RunOfFault};
 use crate::run::folder::fault_log_of;
 use haptic_log::live::Live;
-use haptic_log::record::{
-    BUDGET, EventMessage, FinishedLog, RecordError, RollingLog, StartTime, TickMessage,
-    remove_earlier,
-};
+use haptic_log::record::{BUDGET, FinishedLog, RecordError, RollingLog, StartTime, remove_earlier};
+use haptic_message::{EventMessage, TickMessage};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -11,7 +11,7 @@
 //!   says so.
 //! - *Cost*: some ten additions per axis and sample; no allocation, no panic.
 
-use haptic_log::record::{PerAxis, TickMessage};
+use haptic_message::{PerAxis, TickMessage};
 
 /// N. At 1 kHz a tenth of a second.
 pub(crate) const OFFSET_SAMPLES: u32 = 100;

@@ -10,9 +10,9 @@ use crate::run::World;
 use crate::run::ending::Ending;
 use crate::run::tick::{TickRecord, by_loop};
 use fracdiff::Real;
-use haptic_log::record::TickMessage;
 use haptic_loop::plant::{IndentationRig, MassDamper, Sensed};
 use haptic_loop::{Controller, Device, Engaged, Environment};
+use haptic_message::TickMessage;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 

@@ -2,9 +2,9 @@
 
 use fracdiff::Real;
 use haptic_link::BatchItem;
-use haptic_log::record::flaw::{IMPOSSIBLE, LATE_FORCE};
-use haptic_log::record::{PerAxis, TickMessage};
 use haptic_loop::LoopSample;
+use haptic_message::flaw::{IMPOSSIBLE, LATE_FORCE};
+use haptic_message::{PerAxis, TickMessage};
 use nalgebra::SVector;
 
 #[derive(Clone, Copy, Debug, PartialEq)]

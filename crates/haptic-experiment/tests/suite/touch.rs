@@ -8,7 +8,8 @@ use crate::design::number;
 use haptic_experiment::read_document;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Report, Supervisor};
-use haptic_log::record::{Entry, LogReader, TickMessage};
+use haptic_log::record::{Entry, LogReader};
+use haptic_message::TickMessage;
 use std::path::Path;
 use testkit::{Folder, assert_close};
 

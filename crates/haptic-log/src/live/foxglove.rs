@@ -2,11 +2,11 @@
 //! is what both Foxglove and PlotJuggler's bridge read. Viewers only listen; whoever reaches the port may watch.
 
 use super::{Live, LiveError};
-use crate::record::{EventMessage, LogMessage, TickMessage};
 use foxglove::{
     Context, FoxgloveError, PartialMetadata, RawChannel, Schema, WebSocketServer,
     WebSocketServerHandle,
 };
+use haptic_message::{EventMessage, LogMessage, TickMessage};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -16,7 +16,7 @@ mod foxglove;
 #[cfg(feature = "foxglove")]
 pub use self::foxglove::Foxglove;
 
-use crate::record::{EventMessage, TickMessage};
+use haptic_message::{EventMessage, TickMessage};
 use std::fmt::Debug;
 use std::net::SocketAddr;
 use std::sync::{Mutex, PoisonError};

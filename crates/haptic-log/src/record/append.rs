@@ -129,7 +129,8 @@ fn record(opcode: u8, content: &[&[u8]]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{LogWriter, TickMessage, inspect, recover};
+    use crate::record::{LogWriter, inspect, recover};
+    use haptic_message::TickMessage;
     use std::collections::BTreeMap;
     use std::fs;
     use std::path::PathBuf;

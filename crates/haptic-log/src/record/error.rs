@@ -3,7 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{MessageError, NewFileError, SpanError};
+use super::{NewFileError, SpanError};
+use haptic_message::MessageError;
 
 /// An error of the run log. The message is one line and says what to do.
 #[derive(Debug, thiserror::Error)]

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use super::new_file::refuse_own_source;
 use super::summary::TickCount;
-use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, TickMessage};
+use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError};
+use haptic_message::TickMessage;
 
 /// Rows of an export, and the condition of its log.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +33,8 @@ impl ExportSummary {
 /// messages gives a file with the header alone.
 ///
 /// ```
-/// # use haptic_log::record::{LogWriter, TickMessage};
+/// # use haptic_log::record::LogWriter;
+/// # use haptic_message::TickMessage;
 /// use haptic_log::record::export_csv;
 ///
 /// # let folder = tempfile::tempdir()?;

@@ -29,9 +29,7 @@ mod append;
 mod error;
 mod export;
 mod failure;
-pub mod flaw;
 mod lines;
-mod message;
 mod new_file;
 mod order;
 mod reader;
@@ -41,7 +39,6 @@ mod span;
 mod start_time;
 mod summary;
 mod sync;
-mod tick;
 mod topic;
 mod topics;
 mod writer;
@@ -50,9 +47,6 @@ pub use append::{VERDICT, add_verdict};
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 pub use lines::LineFile;
-#[cfg(feature = "foxglove")]
-pub(crate) use message::LogMessage;
-pub use message::{ColumnValue, EventMessage, MessageError, MetadataRecord};
 pub use new_file::{
     Leftover, NewFile, NewFileError, leftover_at, part_of, refuse_taken, remove_earlier,
 };
@@ -61,10 +55,7 @@ pub use recover::{CUT, RecoverySummary, cut, recover};
 pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, first_file, nth_file};
 pub use span::{SAME_TIME, Span, SpanError};
 pub use start_time::{CLOCK, StartTime};
-pub use summary::{
-    BUDGET, DRIVE_END, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, Skimmed, inspect, skim,
-};
+pub use summary::{BUDGET, Gap, LogSummary, RECOVERED, Skimmed, inspect, skim};
 pub use sync::SYNC_INTERVAL;
-pub use tick::{AXES, PerAxis, TickColumn, TickMessage, column_name};
 pub use topic::Topic;
 pub use writer::{FinishedLog, LogWriter};

@@ -14,14 +14,15 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ruzstd::decoding::FrameDecoder;
 
-use super::message::{Layout, LogMessage};
 use super::new_file::open_file;
-use super::tick::Slot;
 use super::topics::Topics;
 use super::writer::{
     DRIVE_CHANNEL, DRIVE_TOPIC, EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds,
 };
-use super::{EventMessage, MessageError, MetadataRecord, RecordError, StartTime, TickMessage};
+use super::{RecordError, StartTime};
+use haptic_message::{
+    EventMessage, Layout, LogMessage, MessageError, MetadataRecord, TickMessage, TickSlot,
+};
 
 /// No record of a log is longer; a longer one is damage.
 const RECORD_LIMIT: usize = 1 << 25;
@@ -118,7 +119,8 @@ pub const ATTACHMENTS: &str = "(attachments)";
 /// is missing. An `Err` comes from the disk, never from damage, and is the last item.
 ///
 /// ```
-/// # use haptic_log::record::{LogWriter, TickMessage};
+/// # use haptic_log::record::LogWriter;
+/// # use haptic_message::TickMessage;
 /// use haptic_log::record::{Entry, LogReader};
 ///
 /// # let folder = tempfile::tempdir()?;
@@ -168,7 +170,7 @@ pub struct LogReader<R> {
 #[derive(Clone, Debug)]
 enum Kind {
     /// In one of these layouts.
-    Tick(fn(TickMessage) -> Entry, Vec<Layout<Slot>>),
+    Tick(fn(TickMessage) -> Entry, Vec<Layout<TickSlot>>),
     Event(Layout<usize>),
 }
 

@@ -4,10 +4,11 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 use super::new_file::{refuse_being_written, refuse_own_source};
-use super::summary::{DRIVE_END, END, Gap, RECOVERED, TickCount, out_of_order};
+use super::summary::{Gap, RECOVERED, TickCount, out_of_order};
 use super::{
     Condition, Damage, Entry, Leftover, LogFiles, LogWriter, RecordError, Span, SpanError,
 };
+use haptic_message::{DRIVE_END, END};
 
 /// Name of the metadata record that marks a span that was cut out of a log.
 pub const CUT: &str = "cut";
@@ -85,7 +86,8 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
 /// unchanged. With `overwrite` the target may exist.
 ///
 /// ```
-/// # use haptic_log::record::{LogWriter, TickMessage};
+/// # use haptic_log::record::LogWriter;
+/// # use haptic_message::TickMessage;
 /// use haptic_log::record::recover;
 ///
 /// # let folder = tempfile::tempdir()?;
@@ -125,7 +127,8 @@ fn untouched(error: RecordError, target: &Path) -> RecordError {
 /// the new log is judged by its gaps. One more record, [`CUT`], says what it is a part of. The source is left unchanged.
 ///
 /// ```
-/// # use haptic_log::record::{LogWriter, TickMessage};
+/// # use haptic_log::record::LogWriter;
+/// # use haptic_message::TickMessage;
 /// use haptic_log::record::{Span, cut, inspect};
 ///
 /// # let folder = tempfile::tempdir()?;

@@ -15,9 +15,10 @@ use std::path::{Path, PathBuf};
 use super::new_file::{drawn_number, remove_earlier};
 use super::order::InOrder;
 use super::{
-    CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader, LogWriter,
-    RecordError, SYNC_INTERVAL, StartTime, TickMessage, part_of,
+    CLOCK, Condition, Damage, Entry, FinishedLog, Leftover, LogReader, LogWriter, RecordError,
+    SYNC_INTERVAL, StartTime, part_of,
 };
+use haptic_message::{EventMessage, TickMessage};
 
 /// Name of the metadata record that names the next file of a log.
 pub const NEXT: &str = "next";
@@ -33,7 +34,8 @@ const FILES_MOST: usize = 9999;
 /// A log that continues in another file when one is full. Written to the disk as it grows.
 ///
 /// ```
-/// use haptic_log::record::{LogFiles, RollingLog, TickMessage};
+/// use haptic_log::record::{LogFiles, RollingLog};
+/// use haptic_message::TickMessage;
 ///
 /// let folder = tempfile::tempdir()?;
 /// let first = folder.path().join("day.mcap");

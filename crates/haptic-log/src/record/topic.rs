@@ -1,8 +1,8 @@
 //! One topic of a log, as a table.
 
-use super::message::LogMessage as _;
 use super::topics::{Rows, Topics};
-use super::{Condition, ExportSummary, Leftover, LogFiles, NewFile, RecordError, TickMessage};
+use super::{Condition, ExportSummary, Leftover, LogFiles, NewFile, RecordError};
+use haptic_message::{LogMessage as _, TickMessage};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 

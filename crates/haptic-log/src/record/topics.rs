@@ -16,13 +16,13 @@
 //! - *Errors*: a log without a topic of numbers, or with several of which none is named; the error lists them.
 //! - *Cost*: the file is read once; eight bytes of memory for each number.
 
-use super::message::{Encoding, Item};
+use haptic_message::{Encoding, Item};
 use mcap::records::Record;
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
 
 /// The layout of a message, with the number of each field.
-type Layout = super::message::Layout<usize>;
+type Layout = haptic_message::Layout<usize>;
 
 /// Most elements of an array that become columns: a picture or a scan has too many.
 const ELEMENTS_MOST: usize = 64;

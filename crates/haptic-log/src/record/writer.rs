@@ -17,12 +17,9 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, McapResult, WriteOptions};
 
 use super::error::io_error;
-use super::message::LogMessage;
 use super::sync::Syncer;
-use super::{
-    CLOCK, EventMessage, Leftover, MessageError, NewFile, NewFileError, RecordError, StartTime,
-    TickMessage,
-};
+use super::{CLOCK, Leftover, NewFile, NewFileError, RecordError, StartTime};
+use haptic_message::{EventMessage, LogMessage, MessageError, TickMessage};
 
 /// A chunk is closed and flushed when this much device time has begun anew, ns: at first.
 const FLUSH_INTERVAL_NS: u64 = 100_000_000;
@@ -64,7 +61,8 @@ pub struct FinishedLog {
 /// contains what was flushed, and every reader can detect that it is incomplete.
 ///
 /// ```
-/// use haptic_log::record::{LogWriter, StartTime, TickMessage};
+/// use haptic_log::record::{LogWriter, StartTime};
+/// use haptic_message::TickMessage;
 /// use std::time::SystemTime;
 ///
 /// let folder = tempfile::tempdir()?;

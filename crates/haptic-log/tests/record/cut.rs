@@ -2,8 +2,9 @@
 
 use super::{TICK_S, log_of, tick};
 use haptic_log::record::{
-    CUT, EventMessage, NewFileError, RecordError, RollingLog, Span, SpanError, cut, inspect,
+    CUT, NewFileError, RecordError, RollingLog, Span, SpanError, cut, inspect,
 };
+use haptic_message::EventMessage;
 use testkit::Folder;
 
 const TICKS: u64 = 1000;

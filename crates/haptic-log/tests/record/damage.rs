@@ -7,9 +7,10 @@ use super::{
     ticks_of,
 };
 use haptic_log::record::{
-    ATTACHMENTS, Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError,
-    TickMessage, Topic, export_csv, inspect, recover, skim,
+    ATTACHMENTS, Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError, Topic,
+    export_csv, inspect, recover, skim,
 };
+use haptic_message::TickMessage;
 use std::cell::RefCell;
 use std::fs;
 use std::io::{self, Cursor, Seek, SeekFrom, Write};

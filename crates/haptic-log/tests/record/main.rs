@@ -8,9 +8,9 @@ mod pair;
 mod schemas;
 
 use haptic_log::record::{
-    END, EndKind, Entry, EventMessage, LogReader, LogWriter, NewFileError, PerAxis, RecordError,
-    RunEnd, StartTime, TickMessage, export_csv, inspect, recover,
+    Entry, LogReader, LogWriter, NewFileError, RecordError, StartTime, export_csv, inspect, recover,
 };
+use haptic_message::{END, EndKind, EventMessage, PerAxis, RunEnd, TickMessage};
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
 use std::fs::{self, File};

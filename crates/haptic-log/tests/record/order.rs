@@ -2,9 +2,8 @@
 
 use super::schemas::{oddly_packed, zstd};
 use super::{closed, end, finished_bytes, tick, ticks_in, ticks_of};
-use haptic_log::record::{
-    END, Entry, LogFiles, LogSummary, TickMessage, export_csv, inspect, recover, skim,
-};
+use haptic_log::record::{Entry, LogFiles, LogSummary, export_csv, inspect, recover, skim};
+use haptic_message::{END, TickMessage};
 use mcap::records::Metadata;
 use mcap::{Compression, Message, MessageStream, WriteOptions};
 use std::fs;

@@ -1,10 +1,8 @@
 //! Logs of two devices: a tissue's, and that of the drive that presses it.
 
 use super::{TICK_S, end};
-use haptic_log::record::{
-    DRIVE_END, END, Entry, LogFiles, LogWriter, RollingLog, TickMessage, export_csv, inspect,
-    recover,
-};
+use haptic_log::record::{Entry, LogFiles, LogWriter, RollingLog, export_csv, inspect, recover};
+use haptic_message::{DRIVE_END, END, TickMessage};
 use std::fs::File;
 use std::io::BufWriter;
 use std::ops::Range;

@@ -1,7 +1,8 @@
 //! Logs whose messages have other fields than ours: ours are found by their names in the schema that a log holds.
 
 use super::{closed, finished_bytes, publish, ticks_in, ticks_of};
-use haptic_log::record::{Damage, Entry, LogReader, TickMessage, inspect, recover};
+use haptic_log::record::{Damage, Entry, LogReader, inspect, recover};
+use haptic_message::TickMessage;
 use mcap::WriteOptions;
 use std::collections::BTreeMap;
 use std::fs;

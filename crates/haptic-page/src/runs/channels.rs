@@ -1,7 +1,7 @@
 //! Channels of a log: the columns of its ticks behind the time, and of several axes how large the force is.
 
 use haptic_experiment::Failure;
-use haptic_log::record::{AXES, TickColumn, TickMessage};
+use haptic_message::{AXES, TickColumn, TickMessage};
 use haptic_quantity::short;
 
 /// The channels of a log by its number of axes, 1 to 3.
@@ -58,7 +58,7 @@ pub(crate) fn places(wanted: &[String], names: &[String]) -> Result<Vec<usize>, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_log::record::PerAxis;
+    use haptic_message::PerAxis;
 
     #[test]
     fn a_row_has_a_number_for_each_name() {

@@ -1,9 +1,8 @@
 //! The logs and answers of a folder: names, and what they say of themselves.
 
 use haptic_experiment::{Failure, lines};
-use haptic_log::record::{
-    CLOCK, END, NEXT, NewFileError, RunEnd, VERDICT, first_file, leftover_at, skim,
-};
+use haptic_log::record::{CLOCK, NEXT, NewFileError, VERDICT, first_file, leftover_at, skim};
+use haptic_message::{END, RunEnd};
 use haptic_quantity::short;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -248,7 +247,8 @@ pub(super) fn read_answer(path: &Path) -> Result<Value, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_log::record::{LogWriter, TickMessage};
+    use haptic_log::record::LogWriter;
+    use haptic_message::TickMessage;
 
     fn log(path: &Path) {
         fs::create_dir_all(path.parent().expect("a folder")).expect("made");

@@ -1,7 +1,8 @@
 //! Files that a person gives the page: plants, controllers, tissues, experiments; and logs that another program writes.
 
 use crate::{assert_documented, has, hello, opened, prostate, question, ran};
-use haptic_log::record::{LogWriter, TickMessage};
+use haptic_log::record::LogWriter;
+use haptic_message::TickMessage;
 use serde_json::{Value, json};
 use std::fs;
 use testkit::{assert_relative, assert_says};

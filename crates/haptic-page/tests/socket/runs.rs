@@ -1,7 +1,8 @@
 //! Experiments from forms.
 
 use crate::{assert_documented, ended, has, opened, ran, refuses};
-use haptic_log::record::{Entry, LogFiles, TickMessage};
+use haptic_log::record::{Entry, LogFiles};
+use haptic_message::TickMessage;
 use haptic_page::OnClose;
 use serde_json::{Value, json};
 use testkit::browser::{Page, get, parts};

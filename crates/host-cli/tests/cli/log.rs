@@ -6,7 +6,8 @@ mod runs;
 
 use crate::experiments::SHORT;
 use crate::process::{Place, number, row, table};
-use haptic_log::record::{LogWriter, TickMessage};
+use haptic_log::record::LogWriter;
+use haptic_message::TickMessage;
 use serde_json::Value;
 use testkit::assert_says;
 

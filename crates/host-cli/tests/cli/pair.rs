@@ -3,8 +3,9 @@
 use crate::emulated::Emulated;
 use crate::interrupted::with_short_files;
 use crate::process::{Ended, Place, column, signal};
-use haptic_log::record::{Entry, LogFiles, TickMessage};
+use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::Limiters;
+use haptic_message::TickMessage;
 use serde_json::Value;
 use std::path::Path;
 use testkit::{assert_close, assert_says};

@@ -237,7 +237,7 @@ fn creep_of_each_model_is_its_closed_form() {
             ..defaults(tissue(model))
         };
         let mut worst = 0.0;
-        let mut sink = |sample: &haptic_log::record::TickMessage| {
+        let mut sink = |sample: &haptic_message::TickMessage| {
             if sample.time_s >= 5.0 && sample.tick.is_multiple_of(100) {
                 let strain = (creep.piece.specimen).strain(Metres(sample.position_m[0]));
                 let model = &creep.piece.material.model;

@@ -7,10 +7,10 @@ use crate::run::ending::Ending;
 use fracdiff::{Operator, Seconds};
 use haptic_document::Failure;
 use haptic_link::HandSide;
-use haptic_log::record::PerAxis;
 use haptic_loop::plant::{ForceSensor, MassDamper, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
+use haptic_message::PerAxis;
 use haptic_teleoperation::{OneWayLine, Port};
 use nalgebra::Vector1;
 

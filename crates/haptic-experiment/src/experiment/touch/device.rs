@@ -4,9 +4,9 @@ use super::shape::{Grip, HandPath};
 use crate::run::simulate::Instrumented;
 use crate::run::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
 use fracdiff::Real;
-use haptic_log::record::{PerAxis, TickMessage};
 use haptic_loop::plant::{Axes, MassDamperConfig};
 use haptic_loop::{Device, Reading, SafeForce, Shape, Surface as _};
+use haptic_message::{PerAxis, TickMessage};
 use nalgebra::SVector;
 use std::convert::Infallible;
 

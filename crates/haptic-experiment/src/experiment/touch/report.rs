@@ -21,8 +21,9 @@ use crate::run::sensor_offset::{SensorOffset, Tare};
 use crate::run::tick::{KeptSample, judged_force_n};
 use haptic_document::parameters::SAMPLE_TIME;
 use haptic_document::{Failure, rows};
-use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
+use haptic_log::record::{Entry, LogReader};
 use haptic_loop::{Limit, Limiters, LoadingKind};
+use haptic_message::{TickMessage, column_name};
 use haptic_tissue::ting;
 use haptic_trial::GuardChoice;
 use haptic_trial::safety::keys::{GUARD, RISE_TIME};
@@ -435,7 +436,7 @@ mod tests {
     use super::*;
     use crate::experiment::touch::device::TouchTick;
     use crate::run::tick::TickRecord as _;
-    use haptic_log::record::PerAxis;
+    use haptic_message::PerAxis;
 
     /// Of a force of 5 N that pushes the hand out along (−3, −4)/5.
     fn kept(sensed_n: [f64; 2]) -> KeptSample {

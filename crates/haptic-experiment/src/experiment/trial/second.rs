@@ -29,7 +29,6 @@ use crate::run::{Ran, Supervisor, World};
 use fracdiff::parameter::Shown;
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, FileError, Table, parameters as p};
-use haptic_log::record::TickMessage;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig, Sensed,
 };
@@ -38,6 +37,7 @@ use haptic_loop::{
     Controller, Device, Environment, OwnPush, Reading, SafeForce, SafetyChain, SafetyLimits,
     SafetyState,
 };
+use haptic_message::TickMessage;
 use haptic_trial::safety::{GuardChoice, Safety};
 use haptic_trial::{DeviceModel, Sensors};
 use nalgebra::Vector1;

@@ -19,12 +19,12 @@ use haptic_document::Failure;
 use haptic_link::{
     EventKind, FaultReport, LoopMode, Refusal, Request, Sample, Start, State, Statistics,
 };
-use haptic_log::record::flaw::LATE_FORCE;
-use haptic_log::record::{DRIVE_END, END, EventMessage, RecordError, StartTime, TickMessage};
+use haptic_log::record::{RecordError, StartTime};
 use haptic_loop::realtime::{Moment, RaisedThread};
 use haptic_loop::{
     Controller, Device, Environment, LoopSample as Tick, Reading, SafeForce, StartRefused, Tap,
 };
+use haptic_message::{DRIVE_END, END, EventMessage, TickMessage, flaw::LATE_FORCE};
 use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
 use haptic_remote::{LinkError, Patience};
 use nalgebra::SVector;

@@ -2,7 +2,7 @@
 
 use super::{json, run, touch, verdict};
 use crate::design::number;
-use haptic_log::record::TickMessage;
+use haptic_message::TickMessage;
 use haptic_quantity::written;
 use testkit::assert_says;
 

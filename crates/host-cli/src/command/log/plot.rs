@@ -21,9 +21,8 @@ use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::judge::Decimated;
 use haptic_figure::{FigureError, Look, Picture, PlaneFigure};
-use haptic_log::record::{
-    Entry, LogFiles, RecordError, SAME_TIME, Span, TickMessage, Topic, column_name,
-};
+use haptic_log::record::{Entry, LogFiles, RecordError, SAME_TIME, Span, Topic};
+use haptic_message::{TickMessage, column_name};
 use haptic_quantity::{label, without_unit};
 use serde_json::{Map, Value, json};
 use std::iter::zip;

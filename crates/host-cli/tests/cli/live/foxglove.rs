@@ -3,7 +3,8 @@
 use super::{PATIENCE, run, stderr};
 use haptic_experiment::run::Recorder;
 use haptic_log::live::Foxglove;
-use haptic_log::record::{ColumnValue as Logged, Entry, LogReader, TickMessage};
+use haptic_log::record::{Entry, LogReader};
+use haptic_message::{ColumnValue as Logged, TickMessage};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpListener, TcpStream};

@@ -1,7 +1,8 @@
 //! `log check`: what is missing, and where.
 
 use crate::process::{Place, number, row};
-use haptic_log::record::{END, EndKind, RollingLog, RunEnd, TickMessage, flaw};
+use haptic_log::record::RollingLog;
+use haptic_message::{END, EndKind, RunEnd, TickMessage, flaw};
 use std::collections::BTreeMap;
 use testkit::assert_says;
 

@@ -1,9 +1,8 @@
 //! `log plot` of several runs and of parts, and `log cut`.
 
 use crate::process::{Place, number};
-use haptic_log::record::{
-    END, EndKind, EventMessage, LogWriter, PerAxis, RunEnd, StartTime, TickMessage,
-};
+use haptic_log::record::{LogWriter, StartTime};
+use haptic_message::{END, EndKind, EventMessage, PerAxis, RunEnd, TickMessage};
 use serde_json::Value;
 use std::time::{Duration, UNIX_EPOCH};
 use testkit::{assert_close, assert_says};

@@ -78,15 +78,20 @@ pub enum MessageError {
 }
 
 /// A message type of the log: where it goes and how a reader understands it.
-pub(crate) trait LogMessage: Sized {
+pub trait LogMessage: Sized {
+    /// Topic of such messages in a log.
     const TOPIC: &'static str;
 
     /// ROS 2 type name and message definition.
     fn schema(&self) -> (String, String);
 
+    /// Time on the clock of the device, s.
     fn time_s(&self) -> f64;
 
     /// Puts the CDR bytes of this message into `buffer`, which is cleared first.
+    ///
+    /// # Errors
+    /// For numbers of axes that differ, and texts too long for CDR.
     fn encode_into(&self, buffer: &mut Vec<u8>) -> Result<(), MessageError>;
 
     /// Destination of a field of a schema.
@@ -96,12 +101,15 @@ pub(crate) trait LogMessage: Sized {
     fn slot(name: &str) -> Option<Self::Slot>;
 
     /// Reads a message from its CDR bytes, as the schema of its log says.
+    ///
+    /// # Errors
+    /// If the bytes are not those of such a message.
     fn decode(layout: &Layout<Self::Slot>, bytes: &[u8]) -> Result<Self, MessageError>;
 }
 
 /// The fields of a message in the order of its log's schema, and the slot of each.
 #[derive(Clone, Debug)]
-pub(crate) struct Layout<S> {
+pub struct Layout<S> {
     fields: Vec<Field<S>>,
     /// False if fields of an undefined type follow, whose length is unknown.
     is_whole: bool,
@@ -110,8 +118,8 @@ pub(crate) struct Layout<S> {
 
 /// Layout of the fields in the bytes of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Encoding {
-    /// ROS 2: behind [`ENCAPSULATION`], numbers at multiples of their size, texts with a zero at their end.
+pub enum Encoding {
+    /// ROS 2: behind a header of four bytes, numbers at multiples of their size, texts with a zero at their end.
     Cdr,
     /// ROS 1: nothing between them.
     Ros1,
@@ -137,8 +145,11 @@ enum Kind<S> {
 }
 
 /// An element of a field.
-pub(crate) enum Item<'a> {
+#[derive(Clone, Copy, Debug)]
+pub enum Item<'a> {
+    /// A number of any type.
     Number(ColumnValue),
+    /// The bytes of a text.
     Text(&'a [u8]),
 }
 
@@ -238,14 +249,14 @@ impl<'a> Definitions<'a> {
 }
 
 impl<S: Copy> Layout<S> {
-    /// Of a definition in the words of ROS 2, whose messages are CDR.
-    pub(crate) fn of(definition: &str, slot: impl FnMut(&str) -> Option<S>) -> Self {
+    /// The layout by a definition in the words of ROS 2, whose messages are CDR.
+    pub fn of(definition: &str, slot: impl FnMut(&str) -> Option<S>) -> Self {
         Self::encoded(Encoding::Cdr, definition, slot)
     }
 
-    /// Of a definition in the words of ROS. Fields of a message in a field are named as `header.stamp.sec`, or
+    /// The layout by a definition in the words of ROS. Fields of a message in a field are named as `header.stamp.sec`, or
     /// `poses[].position.x` where there may be several.
-    pub(crate) fn encoded(
+    pub fn encoded(
         encoding: Encoding,
         definition: &str,
         mut slot: impl FnMut(&str) -> Option<S>,
@@ -260,7 +271,9 @@ impl<S: Copy> Layout<S> {
     }
 
     /// Hands over the elements that have a place, with the number of each in its field and in those around it.
-    pub(super) fn read(
+    /// # Errors
+    /// If the bytes are not those of such a message.
+    pub fn read(
         &self,
         message: &[u8],
         take: impl FnMut(S, &[usize], Item<'_>),
@@ -272,7 +285,10 @@ impl<S: Copy> Layout<S> {
     }
 
     /// As [`read`](Self::read); returns the number of bytes behind the last field, 0 where it is not known.
-    pub(crate) fn read_padded(
+    ///
+    /// # Errors
+    /// If the bytes end before the last field.
+    pub fn read_padded(
         &self,
         message: &[u8],
         mut take: impl FnMut(S, &[usize], Item<'_>),
@@ -325,13 +341,13 @@ fn element<S>(name: &str) -> Option<Kind<S>> {
     [1, 2, 4, 8].contains(&size).then_some(kind)
 }
 
-pub(super) fn begin(buffer: &mut Vec<u8>) {
+pub(crate) fn begin(buffer: &mut Vec<u8>) {
     buffer.clear();
     buffer.extend(ENCAPSULATION);
 }
 
 /// Puts in the bytes of a number, at a multiple of their count.
-pub(super) fn put<const N: usize>(buffer: &mut Vec<u8>, bytes: [u8; N]) {
+pub(crate) fn put<const N: usize>(buffer: &mut Vec<u8>, bytes: [u8; N]) {
     let behind_header = buffer.len() - ENCAPSULATION.len();
     buffer.resize(ENCAPSULATION.len() + behind_header.next_multiple_of(N), 0);
     buffer.extend(bytes);

@@ -32,7 +32,8 @@ pub struct FlawCounts {
 }
 
 impl FlawCounts {
-    pub(crate) fn add(&mut self, tick: &TickMessage) {
+    /// Counts a tick in.
+    pub fn add(&mut self, tick: &TickMessage) {
         let has = |bits: u8| u64::from(tick.flaws & bits != 0);
         self.stale += has(UNANSWERED | NOT_TAKEN | LATE_FORCE);
         self.unanswered += has(UNANSWERED);

@@ -138,16 +138,14 @@ message! {
     /// One control tick. Lengths in m, forces in N, time in s; forces as the recorder was given them, NaN included.
     ///
     /// ```
-    /// use haptic_log::record::{Entry, LogReader, LogWriter, PerAxis, TickMessage};
+    /// use haptic_message::{Layout, LogMessage as _, PerAxis, TickMessage};
     ///
-    /// let folder = tempfile::tempdir()?;
-    /// let path = folder.path().join("run.mcap");
-    /// let mut log = LogWriter::create(&path)?;
     /// let commanded_force_n = PerAxis::new(&[0.3, -0.4]);
     /// let tick = TickMessage { commanded_force_n, ..TickMessage::at_rest(2) };
-    /// log.tick(&tick)?;
-    /// log.finish()?;
-    /// assert_eq!(LogReader::open(&path)?.next().transpose()?, Some(Entry::Tick(tick)));
+    /// let mut bytes = Vec::new();
+    /// tick.encode_into(&mut bytes)?;
+    /// let layout = Layout::of(&tick.schema().1, TickMessage::slot);
+    /// assert_eq!(TickMessage::decode(&layout, &bytes)?, tick);
     /// assert_eq!(tick.commanded_force_n.norm(), 0.5);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -174,7 +172,7 @@ message! {
     /// Limiters that acted, as bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
     /// 64 velocity, 128 passivity guard.
     limiters: Bits, "bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, 128 passivity guard";
-    /// Flaws of this tick, bits of [`flaw`](super::flaw); 0 for a good tick.
+    /// Flaws of this tick, bits of [`flaw`](crate::flaw); 0 for a good tick.
     flaws: Bits, "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
          4 an older force of the host acted, 8 what the device told cannot be";
     /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop. NaN
@@ -187,7 +185,7 @@ message! {
 
 /// Destination of a column: a field, and its axis.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slot(Reach, usize);
+pub struct TickSlot(Reach, usize);
 
 /// A column of a table of ticks: one number for each.
 #[derive(Clone, Debug)]
@@ -342,22 +340,22 @@ impl LogMessage for TickMessage {
         Ok(())
     }
 
-    type Slot = Slot;
+    type Slot = TickSlot;
 
-    fn slot(name: &str) -> Option<Slot> {
+    fn slot(name: &str) -> Option<TickSlot> {
         let columns = [1, AXES.len()].map(Self::columns);
         let column = columns.iter().flatten().find(|column| column.name == name);
-        column.map(|column| Slot(column.reach, column.axis))
+        column.map(|column| TickSlot(column.reach, column.axis))
     }
 
     /// Numbers that are not in the schema are not numbers, and bits are 0.
-    fn decode(layout: &Layout<Slot>, bytes: &[u8]) -> Result<Self, MessageError> {
+    fn decode(layout: &Layout<TickSlot>, bytes: &[u8]) -> Result<Self, MessageError> {
         let none = PerAxis {
             values: [f64::NAN; 3],
             count: 0,
         };
         let mut tick = Self::filled(f64::NAN, none);
-        layout.read(bytes, |Slot(reach, axis), places, item| {
+        layout.read(bytes, |TickSlot(reach, axis), places, item| {
             // No column of ours is a list.
             if !places.is_empty() {
                 return;
