@@ -23,18 +23,18 @@ use crate::experiment::kind::{Experiment, Watched};
 use crate::experiment::press::{Press, PressRecord};
 use crate::experiment::reading::{device_text, piece, with_devices};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
-use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::{Published, Report};
 use crate::run::Supervisor;
 use crate::run::folder::FolderRequest;
 use crate::run::schedule::Pace;
-use crate::run::tick::KeptSample;
 use haptic_document::parameters::{
     CONTROLLER, DEVICE, DEVICE_MODEL, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, Parameter, Value,
 };
 use haptic_document::{Document, Failure, FileError, IN_LOG, Table, choice, parameters as p};
+use haptic_judge::modelled_tissue::TissuePiece;
 use haptic_log::record::add_verdict;
 use haptic_message::TickMessage;
+use haptic_trial::tick::KeptSample;
 use parameters::{AT_A_DEVICE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device};
 use std::any::Any;
 use std::collections::BTreeMap;

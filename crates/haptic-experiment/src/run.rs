@@ -6,49 +6,41 @@
 //! A tick after which the world does not go on, by a fault or a silence, does not count; one in which somebody asked to
 //! stop does.
 
-pub(crate) mod advice;
 mod budget;
 pub(crate) mod device;
 pub(crate) mod document;
-pub(crate) mod drive_verdict;
-pub(crate) mod ending;
 pub(crate) mod fault_recorder;
-pub(crate) mod flat;
 pub(crate) mod folder;
 mod identity;
-pub(crate) mod preflight;
 pub(crate) mod realtime;
 pub(crate) mod record;
 pub(crate) mod recorder;
 pub(crate) mod remembered;
 pub(crate) mod remote;
-pub(crate) mod samples;
 pub(crate) mod schedule;
-pub(crate) mod sensor_offset;
 pub mod signals;
-pub(crate) mod simulate;
-pub(crate) mod tap;
-pub(crate) mod tick;
 
-pub use advice::{analysed, single};
 use budget::TickParts;
 use device::Warn;
 pub use device::{
     DeviceName, at_port, firmware_digest, firmware_version, lost_board, refused_at_port, trouble,
 };
-use drive_verdict::DriveVerdict;
-use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
 use haptic_document::Failure;
 use haptic_document::parameters::{REALTIME, SAMPLE_TIME};
 use haptic_log::live::LiveStreams;
-use haptic_log::record::{FinishedLog, StartTime};
+use haptic_log::record::{Entry, FinishedLog, LogReader, StartTime};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{Moment, Periodic};
-use haptic_message::{END, EventMessage};
+use haptic_message::{END, TickMessage};
+use haptic_trial::drive_verdict::DriveVerdict;
+use haptic_trial::ending::{Ending, Lateness};
+use haptic_trial::preflight::PreflightVerdict;
+use haptic_trial::samples::Samples;
+use haptic_trial::simulate::World;
+use haptic_trial::tick::{KeptSample, TickRecord};
 pub use identity::DeviceIdentity;
-use preflight::PreflightVerdict;
 use realtime::RealtimeSummary;
 use record::Record;
 use recorder::Recorded;
@@ -62,8 +54,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
-use tick::{KeptSample, TickRecord};
-pub use tick::{by_device, by_loop};
 
 /// Watcher of a run: may stop it, hears how far it is, and sees the samples.
 #[derive(Clone, Copy)]
@@ -103,44 +93,23 @@ pub(crate) struct Ran {
     pub live_warnings: Vec<String>,
 }
 
-/// A system that runs tick by tick: a loop on a simulated device, or both sides of a teleoperation.
-pub(crate) trait World<const D: usize = 1> {
-    /// Record of a tick.
-    type Message: TickRecord;
-
-    /// There is a folder for what the run leaves.
-    fn begins(&mut self, _: &OutputFolder) {}
-
-    fn tick(&mut self) -> Self::Message;
-
-    fn counted(&mut self) {}
-
-    /// Why the world does not go on by itself.
-    fn ended(&self) -> Option<Ending>;
-
-    /// Lets the force fall to zero.
-    fn stop(&mut self);
-
-    /// True if there is no force any more.
-    fn is_at_rest(&self) -> bool;
-
-    /// An event for the log besides the tick.
-    fn event(&mut self) -> Option<EventMessage> {
-        None
-    }
-
-    /// True of one that has no number of ticks beforehand, and whose last has been.
-    fn is_over(&self) -> bool {
-        false
-    }
-}
-
 /// Makes the folder and the log in it, runs a world, and closes the log.
 pub(crate) fn run_logged<W: World<D>, const D: usize>(
     world: &mut W,
     schedule: Schedule,
+    of_folder: (&FolderRequest, BTreeMap<String, String>),
+    supervisor: Supervisor<'_>,
+) -> Result<Ran, Failure> {
+    run_beside(world, schedule, of_folder, supervisor, |_, _| ())
+}
+
+/// As [`run_logged`]; `begins` knows the folder of what else the world leaves.
+pub(crate) fn run_beside<W: World<D>, const D: usize>(
+    world: &mut W,
+    schedule: Schedule,
     (request, metadata): (&FolderRequest, BTreeMap<String, String>),
     supervisor: Supervisor<'_>,
+    begins: impl FnOnce(&mut W, &OutputFolder),
 ) -> Result<Ran, Failure> {
     schedule.clock().map_err(|error| {
         Failure::input_with_advice(
@@ -151,7 +120,7 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
     let folder = request.prepare()?;
     let waits = schedule.pace == Pace::Virtual;
     let mut recorder = recorder(request, &folder, metadata, waits, supervisor)?;
-    world.begins(&folder);
+    begins(world, &folder);
     let record = run(world, schedule, &mut recorder, supervisor)?;
     let recorded = close(recorder, &record, world.is_at_rest())?;
     Ok(Ran::of(record, recorded, folder))
@@ -177,7 +146,34 @@ pub(crate) fn recorder(
         .map_err(Failure::from)
 }
 
+/// Hands over the ticks of a log in these files.
+fn read_ticks(
+    files: &[PathBuf],
+    take: &mut dyn FnMut(&TickMessage) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    for file in files {
+        for entry in LogReader::open(file)? {
+            if let Entry::Tick(message) = entry? {
+                take(&message)?;
+            }
+        }
+    }
+    Ok(())
+}
+
 impl Ran {
+    /// The samples that count, in memory or in the log.
+    pub(crate) fn samples(&self) -> Samples<'_> {
+        let Record {
+            whole, last, start, ..
+        } = &self.record;
+        match (whole, last) {
+            (Some(whole), _) => Samples::Whole(whole),
+            (None, Some(last)) => Samples::Logged(&self.log.paths, read_ticks, *start, last.tick),
+            (None, None) => Samples::Whole(&[]),
+        }
+    }
+
     /// True if neither of its devices cut it short.
     pub(crate) fn is_whole(&self) -> bool {
         let second = self.second.as_ref().and_then(|second| second.record.ended);

@@ -5,7 +5,7 @@ pub mod run;
 
 use super::controller::{CommandLimits, controller_scheme, read};
 use super::form::form;
-use crate::words::{in_degrees, loose_factor, refused};
+use crate::words::loose_factor;
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use fractional_control::{
@@ -18,6 +18,7 @@ use haptic_document::parameters::range::{
 };
 use haptic_document::{Failure, short};
 use haptic_trial::ControllerFile;
+use haptic_trial::advice::{in_degrees, refused};
 use haptic_trial::plant_file::{DeviceValues, PlantModel, TABLES};
 use measured_table::is_file;
 use std::path::Path;

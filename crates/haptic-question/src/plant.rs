@@ -11,7 +11,6 @@ use super::tissue::parts;
 use crate::plant::record_check::{
     check_signals, fill_gaps, leave_out_lone_outputs, one_row_a_time,
 };
-use crate::words::refused;
 use fracdiff::Seconds;
 use fractional_control::model_search::{
     Found, InputOutput, Wanted, candidates, candidates_of, dead_time_evidence, find_start,
@@ -21,6 +20,7 @@ use fractional_control::{ControlError, DeadTime, Plant, SumOfParts};
 use haptic_document::Failure;
 use haptic_document::parameters::Parameter;
 use haptic_quantity::{digits, number, parse_for_key, short};
+use haptic_trial::advice::refused;
 use haptic_trial::plant_file::{MeasuredPoints, function_file};
 use keys::{FIRST_ROW, MODEL, PLANT_COLUMNS, POLES, PlantForm, ROW_TIME, SMOOTH, STABLE, VALIDATE};
 use measured_table::{

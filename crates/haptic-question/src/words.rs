@@ -8,73 +8,15 @@ use fractional_control::design::{
 };
 use fractional_control::tuning::Specification;
 use fractional_control::{
-    ControlError, Crossing, Margins, PidParameters, Plant, StepShape, factor_after_division,
+    Crossing, Margins, PidParameters, Plant, StepShape, factor_after_division,
 };
-use haptic_document::parameters::{DELAY, OUTPUT_HIGH, SAMPLE_TIME};
+use haptic_document::parameters::{OUTPUT_HIGH, SAMPLE_TIME};
 use haptic_document::{Failure, short};
-use haptic_quantity::{Key, digits, written};
+use haptic_quantity::{Key, digits};
+use haptic_trial::advice::{CROSSOVER, in_degrees};
 use haptic_trial::controller_file::{ControllerFile, ControllerOrigin};
 use serde_json::{Value, json};
 use std::f64::consts::LN_10;
-
-/// Wishes of the tuning.
-const CROSSOVER: Key = Key("crossover_rad_s");
-const PHASE_MARGIN: Key = Key("phase_margin_rad");
-
-/// The text of an error with angles in degrees, and what to change.
-#[must_use]
-pub fn in_degrees(error: &ControlError) -> String {
-    if let ControlError::Contradiction {
-        first,
-        first_value,
-        second,
-        second_value,
-        remedy,
-    } = *error
-    {
-        let [a, b] = [(first, first_value), (second, second_value)]
-            .map(|(key, value)| format!("{} {}", Key(key), with_unit(key, value)));
-        return format!("{a} contradicts {b}: {remedy}");
-    }
-    let ControlError::Range(range) = *error else {
-        return error.to_string();
-    };
-    match (range.what, range.unit) {
-        ("phase margin", _) => format!(
-            "phase margin {} is not above 0 and below 180°: give {PHASE_MARGIN}, as in 60deg",
-            with_unit(PHASE_MARGIN.0, range.value)
-        ),
-        ("crossover", _) => format!("{range}: give {CROSSOVER}"),
-        ("delay", _) => format!("{range}: give a smaller {DELAY}"),
-        ("dead time", "samples") => {
-            format!("{range}: lengthen {SAMPLE_TIME}, or shorten the dead time")
-        }
-        ("samples of the record", _) => {
-            format!("{range}: record for longer, or ask for a function of fewer terms")
-        }
-        _ => range.to_string(),
-    }
-}
-
-/// A refusal of the library: bad input, or a search that ended with nothing.
-#[must_use]
-pub fn refused(error: ControlError) -> Failure {
-    let text = in_degrees(&error);
-    if matches!(error, ControlError::NotFound { .. }) {
-        Failure::run(text)
-    } else {
-        Failure::bad_input(text)
-    }
-}
-
-/// The value of a wish with its unit, an angle in degrees.
-fn with_unit(key: &str, value: f64) -> String {
-    if key == PHASE_MARGIN.0 {
-        format!("{}°", digits(value.to_degrees(), 4))
-    } else {
-        written(key, value)
-    }
-}
 
 /// The sample time of a design that is given none.
 ///
@@ -419,31 +361,5 @@ fn compared(fractional: f64, integer: f64) -> String {
         format!("{:.1} times less", integer / fractional.max(1e-6))
     } else {
         "the fractional PID is not better".to_owned()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use fractional_control::Plant;
-    use fractional_control::tuning::{Specification, tune};
-
-    #[test]
-    fn wishes_are_said_in_degrees() {
-        let plant: Plant = "1/(s+1)".parse().expect("valid");
-        let refusal = |wishes: Specification| in_degrees(&tune(&plant, None, &wishes).unwrap_err());
-        let wide = Specification::new(1.0, 200_f64.to_radians());
-        assert_eq!(
-            refusal(wide),
-            "phase margin 200° is not above 0 and below 180°: give `phase_margin_rad`, as in 60deg"
-        );
-        let peak = Specification {
-            sensitivity_peak: Some(0.9),
-            ..Specification::new(1.0, 60_f64.to_radians())
-        };
-        assert_eq!(
-            refusal(peak),
-            "`sensitivity_peak` 0.9 contradicts `phase_margin_rad` 60°: allow at least 1/(2 sin(margin/2))"
-        );
     }
 }

@@ -2,10 +2,20 @@
 #![forbid(unsafe_code)]
 #![warn(unreachable_pub)]
 
+pub mod advice;
 pub mod controller_file;
+pub mod drive_verdict;
+pub mod ending;
+pub mod flat;
 pub mod plant_file;
+pub mod preflight;
 pub mod safety;
+pub mod samples;
+pub mod sensor_offset;
 pub mod sensors;
+pub mod simulate;
+pub mod tap;
+pub mod tick;
 
 pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use plant_file::{DeviceModel, DeviceValues, MeasuredPoints, PlantModel};

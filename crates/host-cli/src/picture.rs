@@ -1,9 +1,9 @@
 //! Pictures: a page of charts that own their curves, and what experiments leave.
 
-use haptic_experiment::judge::{Curves, Drawing, Overlay, Theory};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, FigureError, Look, Picture, PlaneFigure, Scale, Series, envelope,
 };
+use haptic_judge::curves::{Curves, Drawing, Overlay, Theory};
 
 pub(crate) type Points = Vec<(f64, f64)>;
 
@@ -450,7 +450,7 @@ mod tests {
             columns.push(("drive_force_n", closed.clone()));
             columns.push(("tracking_error", vec![2e-6; 3000]));
         }
-        let record = record.then(|| haptic_experiment::judge::Overlay {
+        let record = record.then(|| haptic_judge::curves::Overlay {
             time_s: time_s.clone(),
             values: closed.clone(),
             relative_error: vec![0.01; 3000],

@@ -30,16 +30,8 @@ use super::trial::{
     OfSample, OffN, Parts, TRIAL, TRIAL_LOOP, Trial, TrialSetup, encoder_step, incomparable,
     limited, setup, six_digits,
 };
-use crate::judge::Reference;
-use crate::judge::preflight::softer;
-use crate::judge::reference::{ReferenceSeries, operator};
-use crate::judge::settling::Settling;
 use crate::run::Ran;
-use crate::run::advice::analysed;
-use crate::run::preflight::{CouplerVerdict, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw};
-use crate::run::samples::Samples;
-use crate::run::schedule::horizon;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LoopOperator,
@@ -48,12 +40,19 @@ use haptic_document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table, parameters, parameters as p};
+use haptic_judge::preflight::softer;
+use haptic_judge::reference::ReferenceWeights;
+use haptic_judge::reference::{ReferenceSeries, operator};
+use haptic_judge::settling::Settling;
 use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{
     Controller, Environment, OwnPush, VirtualCoupler, VirtualObject, deflection_order,
 };
 use haptic_trial::GuardChoice;
+use haptic_trial::advice::analysed;
+use haptic_trial::preflight::{CouplerVerdict, PreflightVerdict};
+use haptic_trial::samples::horizon;
 use nalgebra::Vector1;
 use serde_json::{Value, json};
 
@@ -307,7 +306,7 @@ impl Trial for CouplerExperiment {
 
     fn object_m(&self, ran: &Ran) -> Result<Option<OfSample<'_>>, Failure> {
         let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
-        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let samples = ran.samples();
         let mut step = self.replayed(planned)?;
         for sample in &ran.record.approach {
             step(sample.position_m);
@@ -319,7 +318,7 @@ impl Trial for CouplerExperiment {
     /// The force by the full history of the deflection, which follows from the forces.
     fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure> {
         let record = &ran.record;
-        let reference = Reference::of(self.scheme);
+        let reference = ReferenceWeights::of(self.scheme);
         let order = Order::new(1.0 - self.order.get()).map_err(Failure::input)?;
         let t = self.setup.device.sample_time;
         let push_n = self.setup.plan.own_push_n().unwrap_or(0.0);

@@ -14,11 +14,8 @@ mod second;
 mod tests;
 
 use crate::experiment::reading::{device_model_by, without};
-use crate::judge::modelled_tissue::Sampled;
-use crate::run::advice::single;
 use crate::run::device::DeviceName;
 use crate::run::remote::RemoteDevice;
-use crate::run::simulate::Instrumented;
 use fracdiff::parameter::Shown;
 use fracdiff::{Real, Seconds};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
@@ -29,6 +26,7 @@ use haptic_document::parameters::{
     CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
 };
 use haptic_document::{Failure, FileError, Table, parameters};
+use haptic_judge::modelled_tissue::Sampled;
 use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{
@@ -38,6 +36,8 @@ use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 use haptic_message::TickMessage;
 use haptic_quantity::written;
+use haptic_trial::advice::single;
+use haptic_trial::simulate::Instrumented;
 use haptic_trial::{ControllerFile, DeviceModel};
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
 pub(crate) use path::{PressPath, Section};

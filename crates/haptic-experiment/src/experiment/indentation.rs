@@ -27,19 +27,12 @@ use super::rendering::{
 use super::trial::safe_chain;
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
 use crate::judge::against::Measured;
-use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
-use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::{Published, Report};
-use crate::run::advice::parameter;
-use crate::run::drive_verdict::DriveVerdict;
-use crate::run::preflight::{Found, note_findings};
 use crate::run::remote::{
     PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
     indentation, no_operator, portable, push,
 };
 use crate::run::schedule::samples;
-use crate::run::simulate::{Simulated, Sink, simulate};
-use crate::run::tick::KeptSample;
 use crate::run::{Ran, SAMPLES, run_logged};
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use fractional_control::Term;
@@ -49,6 +42,8 @@ use haptic_document::parameters::{
     TISSUE_IN_LOG,
 };
 use haptic_document::{Failure, FileError, Named as _, Table, parameters as p};
+use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use haptic_judge::preflight::{Preflight, WallContact};
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
     FacingConfig, ForceSensorConfig, HeldRig, IndentationRig, MassDamperConfig, RampHold,
@@ -60,7 +55,12 @@ use haptic_loop::{
 };
 use haptic_tissue::{Library, MaterialError};
 use haptic_trial::Sensors;
+use haptic_trial::advice::parameter;
+use haptic_trial::drive_verdict::DriveVerdict;
+use haptic_trial::preflight::{Findings, note_findings};
 use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
+use haptic_trial::simulate::{SimulatedLoop, Sink, simulate};
+use haptic_trial::tick::KeptSample;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
@@ -238,9 +238,12 @@ impl Indentation {
             let look = |dynamics, line| match &self.drive {
                 Some(drive) if drive.device.is_none() => {
                     let verdict = drive.on_device(&dynamics, self.tissue_terms());
-                    verdict.map(Found::Drive)
+                    verdict.map(Findings::Drive)
                 }
-                Some(_) | None => self.look(samples).proved(dynamics, line).map(Found::Loop),
+                Some(_) | None => self
+                    .look(samples)
+                    .proved(dynamics, line)
+                    .map(Findings::Loop),
             };
             let followed = |time_s| blank(reference(time_s));
             // Of two devices it is the drive that follows.
@@ -289,7 +292,7 @@ impl Indentation {
             verdict.require_stable(self.conduct.force_unstable)?;
             note_findings(&mut metadata, DriveVerdict::KEY, verdict);
         }
-        let mut world = Simulated::new(&mut controller, &mut device);
+        let mut world = SimulatedLoop::new(&mut controller, &mut device);
         let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
         Ok(Ran {
             drive: verdict,

@@ -2,7 +2,6 @@
 
 use crate::judge::{Published, Report};
 use crate::run::Supervisor;
-use crate::run::advice::parameter;
 use crate::run::folder::FolderRequest;
 use crate::run::remote::RemoteDevice;
 use crate::run::schedule::{Pace, Schedule};
@@ -10,6 +9,7 @@ use fracdiff::{Real, Seconds};
 use haptic_document::parameters::KeyTable;
 use haptic_document::{Failure, FileError, Table};
 use haptic_loop::{SafetyChain, SafetyLimits};
+use haptic_trial::advice::parameter;
 use haptic_trial::safety::Safety;
 use std::any::Any;
 use std::collections::BTreeMap;

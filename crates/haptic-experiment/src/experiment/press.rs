@@ -22,15 +22,8 @@ use super::kind::{Conduct, Experiment, Watched};
 use super::reading::{device, fits, force_sensor, metadata, piece, remote, samples_fit, without};
 use super::trial::{dynamics, force_and_rate, no_law_there, safe_chain};
 use crate::experiment::rendering::DEPTH;
-use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::{Published, Report};
-use crate::run::advice::parameter;
-use crate::run::drive_verdict::DriveVerdict;
-use crate::run::preflight::{Found, note_findings};
-use crate::run::record::WHOLE_MOST;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank};
-use crate::run::sensor_offset::OFFSET_SAMPLES;
-use crate::run::simulate::{Instrumented, Simulated};
 use crate::run::{Ran, run_logged};
 use doubts::Open;
 use fracdiff::Scheme;
@@ -46,6 +39,7 @@ use haptic_document::parameters::{
 };
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table, named, parameters, parameters as p};
+use haptic_judge::modelled_tissue::TissuePiece;
 use haptic_link::LoopMode;
 use haptic_loop::plant::{
     ForceSensorConfig, MassDamperConfig, PressedDevice, PressedSpecimen, RampHold, Sensed,
@@ -53,9 +47,14 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
-use haptic_message::TickMessage;
 use haptic_trial::Sensors;
+use haptic_trial::advice::parameter;
+use haptic_trial::drive_verdict::DriveVerdict;
+use haptic_trial::preflight::{Findings, note_findings};
 use haptic_trial::safety::{Safety, safety};
+use haptic_trial::samples::WHOLE_MOST;
+use haptic_trial::sensor_offset::OFFSET_SAMPLES;
+use haptic_trial::simulate::SimulatedLoop;
 pub use record::PressRecord;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -214,7 +213,7 @@ impl Press {
         verdict.require_stable(self.conduct.force_unstable)?;
         let mut metadata = self.metadata();
         note_findings(&mut metadata, DriveVerdict::KEY, &verdict);
-        let mut world = Simulated::new(&mut controller, &mut device);
+        let mut world = SimulatedLoop::new(&mut controller, &mut device);
         let ran = run_logged(
             &mut world,
             self.schedule(samples),
@@ -250,7 +249,7 @@ impl Press {
                 delay_s: dynamics.delay_s + line as f64 * t,
                 ..dynamics
             };
-            self.judged(&later).map(Found::Drive)
+            self.judged(&later).map(Findings::Drive)
         };
         let blank = |time_s| blank(self.path.at(time_s).position_m);
         let (law, schedule) = (self.law(remote)?, self.schedule(samples));
@@ -294,18 +293,6 @@ pub fn specimen(piece: &TissuePiece) -> PressedSpecimen {
         ),
         shape_m: piece.shape_m(),
         map: piece.specimen.depth_map(),
-    }
-}
-
-impl Instrumented for PressedDevice {
-    type Message = TickMessage;
-
-    fn observe(&self) -> TickMessage {
-        TickMessage {
-            indenter_position_m: self.position().into(),
-            contact_force_n: self.contact_force().into(),
-            ..TickMessage::unknown(1)
-        }
     }
 }
 

@@ -1,13 +1,13 @@
 //! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
 
 use super::kind::Conduct;
-use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::DeviceName;
 use crate::run::remote::{RemoteDevice, device_name};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
 use haptic_document::{FileError, Interval, Table, parameters as p, text_of};
+use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use haptic_link::Limits;
 use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
@@ -159,7 +159,7 @@ pub(crate) fn scheme(
     duration_s: f64,
 ) -> Result<Scheme, FileError> {
     let scheme = table.scheme(&p::SCHEME)?;
-    let horizon = crate::run::schedule::horizon((duration_s / sample_time_s) as u64);
+    let horizon = haptic_trial::samples::horizon((duration_s / sample_time_s) as u64);
     match operator::<f64>(model, scheme, order, Seconds(sample_time_s), horizon) {
         Ok(_) => Ok(scheme),
         Err(error) => Err(table.fail_at("scheme", error)),

@@ -25,9 +25,6 @@ use super::reading::{force_sensor, linear_piece};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_chain, wall_at_start,
 };
-use crate::judge::preflight::{Matter, Preflight, WallContact};
-use crate::run::advice::parameter;
-use crate::run::preflight::PreflightVerdict;
 use crate::run::{SAMPLES, schedule};
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
@@ -44,12 +41,15 @@ use haptic_document::parameters::{
 };
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table, named, parameters};
+use haptic_judge::preflight::{Matter, Preflight, WallContact};
 use haptic_link::{Architecture, HandSide};
 use haptic_loop::SafetyChain;
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 use haptic_trial::Sensors;
+use haptic_trial::advice::parameter;
+use haptic_trial::preflight::PreflightVerdict;
 use haptic_trial::safety::{Safety, safety};
 pub use line::End;
 pub use side::{FarReport, Terms};
@@ -285,7 +285,7 @@ impl TeleoperationExperiment {
     }
 
     fn horizon(&self) -> f64 {
-        schedule::horizon(self.samples())
+        haptic_trial::samples::horizon(self.samples())
     }
 
     /// Samples of playout of waves and energy: two, which bear the hold of the forces, and what jitter spreads.

@@ -10,12 +10,7 @@ mod setup;
 
 use super::kind::Conduct;
 use super::reading::without;
-use crate::judge::preflight::WallContact;
-use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
-use crate::run::advice::parameter;
-use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteLaw, held};
-use crate::run::tap::TappedLaw;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::Dynamics;
@@ -25,6 +20,8 @@ use haptic_document::parameters::range::{
 };
 use haptic_document::parameters::{PUSH_BY, SCHEME, TRIAL_DURATION};
 use haptic_document::{Failure, FileError, Named, Table, parameters};
+use haptic_judge::preflight::WallContact;
+use haptic_judge::settling::{Criterion, Judge, Settling, Tolerance, TrialScales};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{
@@ -32,7 +29,10 @@ use haptic_loop::{
     SafetyChain, SafetyLimits, Wall,
 };
 use haptic_trial::Sensors;
+use haptic_trial::advice::parameter;
+use haptic_trial::ending::MotorPush;
 use haptic_trial::safety::{GuardedDevice, Safety};
+use haptic_trial::tap::TappedLaw;
 use nalgebra::{SVector, Vector1};
 pub(crate) use position_law::PositionLaw;
 pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, louder, six_digits};
@@ -287,7 +287,7 @@ impl TrialPlan {
         encoder_step_m: f64,
         sample_time_s: f64,
     ) -> Judge {
-        let scales = Scales {
+        let scales = TrialScales {
             push_n: self.push_n,
             spring_n_per_m,
             step_n_per_m,

@@ -6,15 +6,8 @@ use super::trial::{
     OffN, Parts, PositionLaw, TRIAL, TRIAL_LOOP, Trial, TrialSetup, VirtualWall, encoder_step,
     incomparable, setup, six_digits, thrown, wall_at_start,
 };
-use crate::judge::Reference;
-use crate::judge::position_controller::PositionController;
-use crate::judge::preflight::{Preflight, WallContact};
-use crate::judge::settling::Settling;
 use crate::run::Ran;
-use crate::run::preflight::PreflightVerdict;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
-use crate::run::samples::Samples;
-use crate::run::tap::TappedLaw;
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_document::parameters::range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS};
@@ -22,12 +15,18 @@ use haptic_document::parameters::{
     DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, LOOP, MASS, SAMPLE_TIME,
 };
 use haptic_document::parameters::{Parameter, joined};
-use haptic_document::{Failure, FileError, Named, Table, parameters};
+use haptic_document::{Failure, FileError, Table, parameters};
+use haptic_judge::position_controller::PositionController;
+use haptic_judge::preflight::{Preflight, WallContact};
+use haptic_judge::reference::ReferenceWeights;
+use haptic_judge::settling::Settling;
 use haptic_link::LoopMode;
 use haptic_loop::plant::run_wall;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};
 use haptic_tissue::Model;
 use haptic_trial::GuardChoice;
+use haptic_trial::preflight::PreflightVerdict;
+use haptic_trial::tap::TappedLaw;
 use serde_json::{Value, json};
 
 parameters! {
@@ -76,30 +75,6 @@ pub(crate) struct WallExperiment {
     pub dissipation_n_s_mu_per_m: f64,
     /// It pulls, or only pushes.
     pub contact: WallContact,
-}
-
-impl Named for WallContact {
-    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (
-            Self::OneSided,
-            "depth",
-            "The depth, zero outside: no force before contact, but no proof",
-        ),
-        (
-            Self::Signed,
-            "signed",
-            "The position, outside too: pushes before contact, but can be proved",
-        ),
-    ];
-
-    fn name(self) -> &'static str {
-        match self {
-            // No choice of this key: without `one_sided` a wall pulls too.
-            Self::Linear => "linear",
-            Self::OneSided => "depth",
-            Self::Signed => "signed",
-        }
-    }
 }
 
 /// The contact that a table asks for.
@@ -375,7 +350,7 @@ impl Trial for WallExperiment {
 
     /// The force is −(K·x + B·D^μ x) by the full history of x, or its push alone.
     fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure> {
-        let kernel = Reference::of(self.scheme);
+        let kernel = ReferenceWeights::of(self.scheme);
         let depth = self.contact == WallContact::OneSided;
         let pulls = self.contact == WallContact::Linear;
         let reason = (depth.then_some("a one-sided wall is not compared"))
@@ -384,7 +359,7 @@ impl Trial for WallExperiment {
             return Ok(Err(reason));
         }
         let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
-        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let samples = ran.samples();
         let mut derivative = (self.look(planned)).felt_of(samples, ran.record.before())?;
         Ok(Ok(Box::new(move |sample| {
             let (x, d) = (sample.position_m, derivative.at(sample));

@@ -20,17 +20,19 @@
 //! - *Source*: linear superposition (L. Boltzmann, Sitzungsber. Akad. Wiss. Wien 70, 1874); indenters as in [`TissuePiece`].
 
 use super::beginning::Beginning;
-use super::decimated::Decimated;
-use super::modelled_tissue::TissuePiece;
+use super::origin;
 use super::report::{Files, compared};
-use super::{Compared, LargestError, Overlay, origin};
 use crate::run::Ran;
-use crate::run::tick::KeptSample;
 use fracdiff::parameter::Shown;
+use haptic_judge::compared::{Compared, LargestError};
+use haptic_judge::curves::Overlay;
+use haptic_judge::decimated::Decimated;
+use haptic_judge::modelled_tissue::TissuePiece;
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::RigDrive;
 use haptic_quantity::{Key, digits, written};
 use haptic_tissue::identify::{RecordKind, TableDetails, white_noise};
+use haptic_trial::tick::KeptSample;
 use measured_table::{Column, Columns, Reader, TABLE_MOST, read_bytes, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -437,7 +439,7 @@ impl<'a> Comparison<'a> {
             let names = ["time_s", &record, &run, &difference, "relative_error"];
             ran.folder.named_table_beside_log("against.csv", &names)
         });
-        let mut curves = Decimated::of(&ran.record);
+        let mut curves = Decimated::kept(ran.record.whole.is_some());
         let mut largest = LargestError::new(from_s, "the record", "");
         let [mut off, mut all] = [0.0; 2];
         for &[time_s, record, run] in &self.pairs {

@@ -8,8 +8,8 @@
 //! which had to be known while it went on, is off the one that all keep-alives give. The force by the full history depends on the motion of
 //! one device alone, so δ does not move it.
 
-use super::Compared;
 use crate::run::Ran;
+use haptic_judge::compared::Compared;
 use haptic_quantity::digits;
 
 /// The largest share of a number by which it may be moved.

@@ -1,18 +1,18 @@
 //! The report of an experiment: one JSON object, or a summary for a person. Every kind has the same skeleton, and fills it with rows.
 
-use crate::judge::Compared;
 use crate::judge::warnings::Warnings;
 use crate::run::Ran;
 use crate::run::folder::Table;
-use crate::run::preflight::PreflightVerdict;
 use crate::run::realtime::RealtimeSummary;
 use crate::run::record::Record;
 use crate::run::remote::LinkSummary;
-use crate::run::tick::KeptSample;
 use fracdiff::Scheme;
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, Named as _, Rows};
+use haptic_judge::compared::Compared;
 use haptic_link::LoopMode;
+use haptic_trial::preflight::PreflightVerdict;
+use haptic_trial::tick::KeptSample;
 use serde::Serialize;
 use serde_json::{Value, json};
 

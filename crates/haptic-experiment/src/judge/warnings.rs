@@ -3,10 +3,10 @@
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::{FrameCounts, LinkSummary};
-use crate::run::tick::KeptSample;
 use haptic_document::parameters::{FORCE_LIMIT, FORCE_RATE_LIMIT, SAMPLE_TIME, SCHEME};
 use haptic_loop::Limiters;
 use haptic_trial::safety::keys::{GUARD, RISE_TIME, SPEED_LIMIT, WORKSPACE_HIGH, WORKSPACE_LOW};
+use haptic_trial::tick::KeptSample;
 
 /// Limiters in the order in which warnings name them.
 const LIMITERS: [Limiters; 8] = [

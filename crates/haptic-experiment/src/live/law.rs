@@ -2,11 +2,11 @@
 
 use super::fading::Fading;
 use super::place::Placed;
-use crate::run::preflight::PreflightVerdict;
 use fracdiff::{Operator, Seconds};
 use haptic_document::Failure;
 use haptic_loop::{Pushing, Wall};
 use haptic_quantity::digits;
+use haptic_trial::preflight::PreflightVerdict;
 
 /// A tissue or wall behind its surface: the law of `[wall]`.
 pub type Felt = Placed<Pushing<Wall<f64, Operator<f64>>>>;

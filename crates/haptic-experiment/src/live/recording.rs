@@ -3,10 +3,10 @@
 use super::ticking::Ticked;
 use crate::run::folder::FolderRequest;
 use crate::run::recorder::Recorder;
-use crate::run::tick::by_loop;
 use haptic_document::Failure;
 use haptic_log::record::StartTime;
 use haptic_message::{END, EndKind, RunEnd, TickMessage};
+use haptic_trial::tick::by_loop;
 use std::collections::BTreeMap;
 use std::time::SystemTime;
 

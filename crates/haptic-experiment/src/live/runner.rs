@@ -3,12 +3,12 @@
 use super::hand::HeldDevice;
 use super::ticking::{Around, FadingFelt, FeltController, HandPath, LoopOrder, Looping};
 use super::waiting::Gate;
-use crate::run::World;
-use crate::run::ending::Ending;
 use crate::run::remote::{Steered, Steers};
-use crate::run::tick::by_loop;
 use haptic_loop::{Controller, Engaged, LoopSample};
 use haptic_message::{EventMessage, TickMessage};
+use haptic_trial::ending::Ending;
+use haptic_trial::simulate::World;
+use haptic_trial::tick::by_loop;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 

@@ -23,7 +23,6 @@ use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT, no_wall};
 use crate::experiment::wall::{
     DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WallExperiment,
 };
-use crate::judge::{FeltSummary, Tally};
 use crate::open::DocumentOfKind as _;
 use crate::open::ExperimentFile;
 use crate::run::device::LinkedName;
@@ -37,6 +36,7 @@ use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
 use haptic_document::{Document, Failure, IN_LOG, Named as _};
+use haptic_judge::felt::{FeltSummary, Tally};
 use haptic_link::LoopMode;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::NewtonsPerMetre;

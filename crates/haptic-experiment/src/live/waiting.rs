@@ -3,7 +3,7 @@
 use super::keeper::Watch;
 use super::orders::locked;
 use super::ticking::Ticked;
-use crate::judge::Tally;
+use haptic_judge::felt::Tally;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};

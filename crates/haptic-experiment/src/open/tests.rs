@@ -35,7 +35,7 @@ fn a_wall_has_the_defaults_of_the_dissertation() {
 
 #[test]
 fn a_wall_is_judged_by_the_dissertations_rule_where_the_file_says_so_on_any_device() {
-    use crate::judge::settling::Criterion;
+    use haptic_judge::settling::Criterion;
     let plan = |keys: &str| {
         let text = WALL.replace("[wall]\n", &format!("[wall]\n{keys}"));
         let file = read(&text).expect("good");

@@ -3,7 +3,6 @@
 use crate::Sensors;
 use crate::experiment::reading::device;
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
-use crate::run::advice::check;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::{SampledLoop, StableArea};
 use haptic_document::parameters::{
@@ -12,6 +11,7 @@ use haptic_document::parameters::{
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table};
 use haptic_loop::plant::MassDamperConfig;
+use haptic_trial::advice::check;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};

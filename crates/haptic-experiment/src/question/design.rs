@@ -35,25 +35,26 @@ pub(crate) mod front;
 pub(crate) mod reading;
 mod search;
 
+use crate::Imperfections;
 use crate::experiment::trial::dynamics;
 use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT};
-use crate::judge::modelled_tissue::ModelledTissue;
-use crate::judge::position_controller::PositionController;
-use crate::judge::preflight::WallContact;
 use crate::question::analysis::ANALYSED_CONTROLLER;
 use crate::question::bench::{AskedDevice, Device, check_orders};
-use crate::run::advice::parameter;
 use crate::run::device::Warn;
-use crate::{Imperfections, Settling};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_document::parameters::range::Range;
 use haptic_document::parameters::{DEVICE_MODEL, ENCODER_RESOLUTION, SCHEME, UNNAMED_PIECE, range};
 use haptic_document::parameters::{Parameter, Paths, joined};
 use haptic_document::{Failure, named, parameters};
+use haptic_judge::modelled_tissue::ModelledTissue;
+use haptic_judge::position_controller::PositionController;
+use haptic_judge::preflight::WallContact;
+use haptic_judge::settling::Settling;
 use haptic_loop::plant::MassDamper;
 use haptic_quantity::{digits, in_five_digits};
 use haptic_tissue::Model;
+use haptic_trial::advice::parameter;
 use serde::Serialize;
 
 parameters! {

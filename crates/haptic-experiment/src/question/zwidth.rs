@@ -1,7 +1,7 @@
 //! Z-width: how stiff a wall can be rendered, by trying (after the dissertation's section 4.4).
 //!
 //! The device hits a wall at its start position and is pushed into it; the rule by which it comes to rest is
-//! that of [`settling`](crate::judge::settling). For each dissipation B the largest stable stiffness K is bracketed
+//! that of [`settling`](haptic_judge::settling). For each dissipation B the largest stable stiffness K is bracketed
 //! from above on a coarse scale and then bisected. Beside it stands what the analysis says, of a device
 //! at a port if its file is given. That one is tried from soft walls up instead, and few times beyond its limits.
 //! Cells are independent and run on all cores; each has a seed of its own, made from the
@@ -27,14 +27,9 @@ use crate::experiment::trial::{
     CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_SAMPLES, TrialPlan, WINDOW, force_and_rate, plan,
 };
 use crate::experiment::wall::ONE_SIDED;
-use crate::judge::modelled_tissue::TissuePiece;
-use crate::judge::position_controller::PositionController;
-use crate::judge::preflight::WallContact;
-use crate::judge::settling::Criterion;
 use crate::question::analysis::{ANALYSED_CONTROLLER, ANALYSED_TISSUE, law};
 use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::device::Warn;
-use crate::run::ending::MotorPush;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use fracdiff::{Order, Scheme};
 use haptic_document::parameters::range::WALL_ORDERS;
@@ -44,12 +39,17 @@ use haptic_document::parameters::{
 };
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, Table, parameters};
+use haptic_judge::modelled_tissue::TissuePiece;
+use haptic_judge::position_controller::PositionController;
+use haptic_judge::preflight::WallContact;
+use haptic_judge::settling::Criterion;
 use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Newtons, Seconds};
 use haptic_quantity::{digits, in_five_digits, written};
 use haptic_tissue::Model;
 use haptic_trial::Sensors;
+use haptic_trial::ending::MotorPush;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 

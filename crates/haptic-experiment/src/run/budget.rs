@@ -4,9 +4,9 @@
 //! due ──lateness──▶ begun ──compute──▶ done ──rest of the period──▶ due
 //! ```
 
-use crate::run::flat::flat;
 use crate::run::realtime::Microseconds;
 use haptic_loop::realtime::Durations;
+use haptic_trial::flat::flat;
 use std::collections::BTreeMap;
 
 /// Device time from one summary to the next, s.

@@ -1,6 +1,5 @@
 //! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, `tcp:HOST:PORT`, or one of another maker, as `haply:PATH`.
 
-use crate::run::ending::LetGo;
 use crate::run::identity::{DeviceIdentity, Told};
 use crate::run::remembered::{Remembered, loosened};
 use haptic_devices::ForeignName;
@@ -14,6 +13,7 @@ use haptic_remote::serial::{
     BoardTrouble, ConnectOptions, PortInfo, SerialError, SerialLink, TroubleCause, host_and_port,
     latency_file, port_of, ports, tcp_address,
 };
+use haptic_trial::ending::LetGo;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -622,7 +622,7 @@ mod tests {
 
     #[test]
     fn a_fault_ends_a_run_and_a_silent_port_is_not_usable() {
-        let report = crate::run::ending::tests::reported(haptic_loop::Fault::BoardFailed);
+        let report = crate::run::remote::bad_line_tests::reported(haptic_loop::Fault::BoardFailed);
         let failure = |error: LinkError| at_port("/dev/x", &error.into());
         let faulted = failure(LinkError::Faulted(report));
         assert!(matches!(faulted, Failure::Run(_)));

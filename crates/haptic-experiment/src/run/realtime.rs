@@ -1,8 +1,8 @@
 //! A run by the clock: what is asked for its thread, and what it reports.
 
-use crate::run::flat::flat;
 pub use haptic_loop::realtime::ThreadConfig as RealtimeOptions;
 use haptic_loop::realtime::{Durations, RaisedThread, Timing, WorstCycle};
+use haptic_trial::flat::flat;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Duration;

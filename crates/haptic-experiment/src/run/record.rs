@@ -6,83 +6,22 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
-use super::ending::{Ending, Fall, Keeper, Lateness, LetGo};
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
-use super::sensor_offset::Tare;
-use super::tick::{KeptSample, TickRecord};
 use haptic_document::Failure;
 use haptic_loop::realtime::Durations;
 use haptic_loop::realtime::RaisedThread;
 use haptic_message::{EndKind, RunEnd};
-
-/// Largest number of samples of a run kept in memory.
-pub(crate) const WHOLE_MOST: u64 = 1_000_000;
-
-/// True of a run whose samples are all kept in memory.
-pub(crate) const fn keeps_all(samples: u64) -> bool {
-    samples <= WHOLE_MOST
-}
-
-/// The tick of the log with which a run begins to count, and its time: 0 but where a simulated plant waits for its device to raise its
-/// force.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Start {
-    pub tick: u64,
-    sample_time_s: f64,
-    /// Time of that tick where the run counts from between two ticks, s.
-    pub lead_s: f64,
-}
-
-impl Start {
-    /// At this tick, with this sample time.
-    pub(crate) const fn at(tick: u64, sample_time_s: f64) -> Self {
-        Self {
-            tick,
-            sample_time_s,
-            lead_s: 0.0,
-        }
-    }
-
-    /// The first tick at this time or after it, s; the run counts from the time itself.
-    pub(crate) fn from(time_s: f64, sample_time_s: f64) -> Self {
-        let tick = (time_s / sample_time_s).ceil().max(0.0);
-        Self {
-            lead_s: tick * sample_time_s - time_s,
-            ..Self::at(tick as u64, sample_time_s)
-        }
-    }
-
-    /// Its time in the log, s.
-    pub(crate) const fn time_s(self) -> f64 {
-        self.tick as f64 * self.sample_time_s
-    }
-
-    /// Time in the log from which the run counts, between two ticks or at one, s.
-    pub(crate) fn begun_s(self) -> f64 {
-        self.time_s() - self.lead_s
-    }
-
-    /// The sample counted from here on; `None` before.
-    pub(crate) fn counted(self, sample: KeptSample) -> Option<KeptSample> {
-        if self.tick == 0 {
-            return Some(sample);
-        }
-        let tick = sample.tick.checked_sub(self.tick)?;
-        let time_s = tick as f64 * self.sample_time_s + self.lead_s;
-        Some(KeptSample {
-            tick,
-            time_s,
-            ..sample
-        })
-    }
-}
+use haptic_trial::ending::{Ending, Fall, ForceKeeper, Lateness, LetGo};
+use haptic_trial::samples::{Before, RunStart, keeps_all};
+use haptic_trial::sensor_offset::Tare;
+use haptic_trial::tick::{KeptSample, TickRecord};
 
 /// Record of a run, up to where it ended; everything else is in the log.
 #[derive(Debug)]
 pub(crate) struct Record {
     /// Start of the run in the log.
-    pub start: Start,
+    pub start: RunStart,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
     pub whole: Option<Vec<KeptSample>>,
     /// Samples of the device from its first tick to the beginning of a run with a partner: its tissue remembers where it was.
@@ -113,7 +52,7 @@ pub(crate) struct Record {
     /// Lateness of this host up to which the device at the other end does not trip.
     pub lateness: Option<Lateness>,
     /// The one that takes the force away when the link is lost.
-    pub keeper: Keeper,
+    pub keeper: ForceKeeper,
     /// Words of a served device whose board said nothing any more.
     pub board_lost: Option<String>,
     /// Offset of the device's force sensor.
@@ -121,15 +60,6 @@ pub(crate) struct Record {
     largest_force_n: f64,
     farthest_m: f64,
     after: After,
-}
-
-/// Ticks of a device before its run counts, of which its law remembers the motion.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Before<'a> {
-    /// Those that came, by the tick of the device.
-    pub samples: &'a [KeptSample],
-    /// Number of them, lost ones included.
-    pub ticks: u64,
 }
 
 /// Forces in the log after the last sample that counts: on their way to zero.
@@ -148,7 +78,7 @@ impl Record {
             None
         };
         Ok(Self {
-            start: Start::default(),
+            start: RunStart::default(),
             whole,
             approach: Vec::new(),
             samples: 0,
@@ -164,7 +94,7 @@ impl Record {
             stop_unheard: false,
             link: None,
             lateness: None,
-            keeper: Keeper::default(),
+            keeper: ForceKeeper::default(),
             board_lost: None,
             sensor: Tare::default(),
             largest_force_n: 0.0,
@@ -332,26 +262,9 @@ mod tests {
     use super::*;
     use haptic_message::TickMessage;
 
-    /// Of a drive that began between two ticks the first after it counts, at the time from there.
-    #[test]
-    fn a_run_may_count_from_between_two_ticks() {
-        let start = Start::from(0.5012, 1e-3);
-        assert_eq!(start.tick, 502);
-        let sample = KeptSample::of(&TickMessage {
-            tick: 503,
-            time_s: 0.503,
-            ..TickMessage::at_rest(1)
-        });
-        let counted = start.counted(sample).expect("it is after the start");
-        assert_eq!(counted.tick, 1);
-        assert!((counted.time_s - 1.8e-3).abs() < 1e-12, "{counted:?}");
-        assert!((start.time_s() - start.lead_s - 0.5012).abs() < 1e-12);
-        assert_eq!(Start::from(-1.0, 1e-3).tick, 0);
-    }
-
     #[test]
     fn a_run_counts_from_its_start() {
-        let start = Start::at(502, 1e-3);
+        let start = RunStart::at(502, 1e-3);
         let mut record = Record::with_room_for(10).expect("few");
         record.start = start;
         for tick in 500..505 {
@@ -369,6 +282,6 @@ mod tests {
             .collect();
         assert_eq!(counted, [(0, 0.0), (1, 1e-3), (2, 2e-3)]);
         assert_eq!((record.samples, record.limited), (3, 0));
-        assert_eq!(Start::default().counted(whole[2]), Some(whole[2]));
+        assert_eq!(RunStart::default().counted(whole[2]), Some(whole[2]));
     }
 }

@@ -24,10 +24,7 @@ pub(crate) use summary::{FrameCounts, LinkSummary};
 pub use summary::{RoundTrip, cycles};
 
 use super::schedule::Schedule;
-use crate::run::advice::single;
 use crate::run::device::LinkedName;
-use crate::run::ending::{Lateness, MotorPush};
-use crate::run::tap::TappedLaw;
 use fracdiff::Operator;
 use haptic_document::Failure;
 use haptic_link::{
@@ -39,8 +36,11 @@ use haptic_loop::units::Seconds;
 use haptic_loop::{DepthMap, Limit};
 use haptic_remote::serial::SerialLink;
 use haptic_remote::wire_limits;
+use haptic_trial::advice::single;
+use haptic_trial::ending::{Lateness, MotorPush};
 use haptic_trial::plant_file::calibration::Calibration;
 use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, guard_of};
+use haptic_trial::tap::TappedLaw;
 use std::time::Duration;
 
 /// A device and how the loop with it is closed.

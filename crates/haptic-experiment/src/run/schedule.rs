@@ -78,8 +78,3 @@ pub(crate) fn samples(
         allowed.end()
     )))
 }
-
-/// The memory of an operator for a run of `samples` samples: a little more, so that the last weights are not at the very edge.
-pub(crate) fn horizon(samples: u64) -> f64 {
-    1.05 * samples as f64
-}

@@ -2,14 +2,16 @@
 
 use super::settings::{FeelSettings, Ghost};
 use fracdiff::{Order, Scheme};
-use haptic_experiment::judge::{Preflight, WallContact, operator};
 use haptic_experiment::live::{
     Felt, HAND_DAMPING, HAND_STIFFNESS, HORIZON, Law, Placed, refuse_unstable, rounded_down, ticks,
 };
-use haptic_experiment::{Dynamics, Failure, PreflightVerdict, parameters};
+use haptic_experiment::{Dynamics, Failure, parameters};
+use haptic_judge::modelled_tissue::operator;
+use haptic_judge::preflight::{Preflight, WallContact};
 use haptic_loop::units::Metres;
 use haptic_loop::{Pushing, Specimen, Wall, WallShape};
 use haptic_quantity::digits;
+use haptic_trial::preflight::PreflightVerdict;
 
 /// Time that the short memory keeps, s.
 pub(super) const SHORT_S: f64 = 1.0;

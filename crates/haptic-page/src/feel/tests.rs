@@ -3,8 +3,8 @@
 use super::settings::WallNumbers;
 use super::*;
 use fracdiff::Order;
-use haptic_experiment::judge::operator;
-use haptic_experiment::{ModelledTissue, TissuePiece};
+use haptic_judge::modelled_tissue::operator;
+use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use haptic_loop::{Environment as _, LoopSample, Pushing, Wall};
 use haptic_tissue::{FullHistory, Library, SampledModel};
 use haptic_trial::DeviceValues;

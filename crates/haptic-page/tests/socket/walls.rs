@@ -2,10 +2,11 @@
 
 use crate::{assert_documented, has, hello, opened, options, prostate, ran};
 use fracdiff::Order;
-use haptic_experiment::judge::{Preflight, WallContact};
-use haptic_experiment::{Dynamics, ExperimentFile, PreflightVerdict};
+use haptic_experiment::{Dynamics, ExperimentFile};
+use haptic_judge::preflight::{Preflight, WallContact};
 use haptic_page::{OnClose, PageServer};
 use haptic_tissue::Library;
+use haptic_trial::preflight::PreflightVerdict;
 use serde_json::{Value, json};
 use std::path::Path;
 use testkit::browser::Page;

@@ -1,7 +1,7 @@
 //! The verdict on a loop, its root and its margins; or the poles of a plant alone.
 
 use super::{ControlLoop, LOOP_CONTROLLER};
-use crate::words::{in_short, margins, refused};
+use crate::words::{in_short, margins};
 use core::f64::consts::PI;
 use fractional_control::analysis::{
     AT_REST, LoopAnalysis, LoopPoint, OtherGain, VerdictCause, analyse, curve, poles,
@@ -10,6 +10,7 @@ use fractional_control::num_complex::Complex;
 use fractional_control::{ControllerSetup, Crossing, Margins};
 use haptic_document::Failure;
 use haptic_quantity::{digits, written};
+use haptic_trial::advice::refused;
 use serde_json::{Value, json};
 
 /// An analysis of a loop, or of a plant alone.

@@ -2,7 +2,7 @@
 
 use super::{COMMAND_LIMITS, ControlLoop, LOOP_CONTROLLER, REFERENCE, RUN_LENGTH, STEP_HEIGHT};
 use crate::controller::{check_step, samples};
-use crate::words::{in_degrees, refused, shape};
+use crate::words::shape;
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use fractional_control::run::{LoopRun, integer_baseline, run, run_plant, samples_for};
@@ -10,6 +10,7 @@ use fractional_control::{ControlError, ControllerSetup, Response};
 use haptic_document::parameters::range::{DURATIONS, NUMBERS, SAMPLE_TIMES};
 use haptic_document::{Failure, short};
 use haptic_quantity::digits;
+use haptic_trial::advice::{in_degrees, refused};
 use measured_table::read_record;
 use serde_json::{Value, json};
 

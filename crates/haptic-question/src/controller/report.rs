@@ -1,10 +1,11 @@
 //! The report of a designed controller: its numbers, and sentences on them.
 
 use super::{CROSSOVER, LOOP_TIME, NOT_FLAT, PHASE_MARGIN};
-use crate::words::{DesignWords, gains, in_degrees, margins, refused, row_of_wish, shape};
+use crate::words::{DesignWords, gains, margins, row_of_wish, shape};
 use fractional_control::ControlError;
 use fractional_control::design::{ControlAnswer, ControlDesign, TunedController, Wish};
 use haptic_document::{Failure, rows};
+use haptic_trial::advice::{in_degrees, refused};
 use serde_json::{Value, json};
 
 /// A controller that was designed, with the best PID of order 1 beside it.

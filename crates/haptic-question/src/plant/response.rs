@@ -2,13 +2,13 @@
 
 use super::keys::{MODEL, PLANT_COLUMNS};
 use super::report::{CandidateRow, DIGITS, NumberRow, shown};
-use crate::words::refused;
 use fractional_control::{
     ControlError, DeadTime, IdentifiedResponse, SumOfParts, identify_response, kramers_kronig,
     search_response,
 };
 use haptic_document::Failure;
 use haptic_quantity::digits;
+use haptic_trial::advice::refused;
 use haptic_trial::plant_file::{MeasuredPoints, function_file};
 use num_complex::Complex;
 use serde::Serialize;

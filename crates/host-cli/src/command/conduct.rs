@@ -10,12 +10,13 @@ use crate::picture_file::Pictures;
 use clap::Args;
 use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
-use haptic_experiment::judge::{Curves, Published, RunReport};
+use haptic_experiment::judge::{Published, RunReport};
 use haptic_experiment::question::{Answer, Question};
 #[cfg(unix)]
 use haptic_experiment::run::signals::signals;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Report, Supervisor};
+use haptic_judge::curves::Curves;
 use haptic_log::live::{Live, LiveStreams};
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 use haptic_quantity::written;

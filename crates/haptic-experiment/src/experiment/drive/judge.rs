@@ -2,11 +2,11 @@
 
 use super::second::SecondReport;
 use super::{ControllerHolder, DRIVE_FORCE_LIMIT, Drive, set_point};
-use crate::run::drive_verdict::DriveVerdict;
-use crate::run::tick::KeptSample;
 use haptic_document::Failure;
 use haptic_document::parameters::CONTROLLER;
 use haptic_loop::plant::{Holder as _, RigDrive};
+use haptic_trial::drive_verdict::DriveVerdict;
+use haptic_trial::tick::KeptSample;
 use serde::Serialize;
 
 /// The work of a drive.

@@ -13,9 +13,6 @@
 
 use super::Drive;
 use crate::experiment::trial::dynamics;
-use crate::judge::preflight::softer;
-use crate::run::advice::parameter;
-use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
@@ -24,8 +21,11 @@ use fractional_control::{
 };
 use haptic_analysis::{Dynamics, ForcePath, LoopOperator};
 use haptic_document::Failure;
+use haptic_judge::preflight::softer;
 use haptic_loop::plant::{FacingConfig, FacingContact, MassDamperConfig, RigDrive};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_trial::advice::parameter;
+use haptic_trial::drive_verdict::{DriveVerdict, LoopVerdict};
 use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
 use std::sync::Arc;
 
@@ -34,34 +34,32 @@ const WITHIN: f64 = 100.0;
 /// A gain is tried this much beyond the edge.
 const BEYOND: f64 = 0.01;
 
-impl LoopVerdict {
-    /// Verdict on a loop; `later` makes the loop whose command acts this many seconds later.
-    fn of(
-        closed: &SampledControlLoop,
-        later: impl Fn(f64) -> Result<SampledControlLoop, Failure>,
-    ) -> Self {
-        let margins = closed.margins();
-        if !closed.verdict().stable {
-            let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
-            let down = softer(|gain| Ok(stable_at(gain))).ok().flatten();
-            let up = (margins.gain_up.map(|up| up.value))
-                .filter(|up| *up < WITHIN && stable_at(up * (1.0 + BEYOND)));
-            return Self {
-                stable_beyond_gain: down.or(up),
-                ..Self::default()
-            };
-        }
-        let first = closed.remembered(margins.delay_s);
-        let delay_s =
-            closed.remembered(SampledControlLoop::delay_margin(first, &later).unwrap_or(first));
-        Self {
-            stable: true,
-            phase_margin_rad: margins.phase.map(|phase| phase.value),
-            crossover_rad_s: margins.phase.map(|phase| phase.omega_rad_s),
-            gain_margin: margins.gain_up.map(|gain| gain.value),
-            delay_margin_s: delay_s.map(|delay| delay.value),
-            stable_beyond_gain: None,
-        }
+/// Verdict on a loop; `later` makes the loop whose command acts this many seconds later.
+fn loop_verdict(
+    closed: &SampledControlLoop,
+    later: impl Fn(f64) -> Result<SampledControlLoop, Failure>,
+) -> LoopVerdict {
+    let margins = closed.margins();
+    if !closed.verdict().stable {
+        let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
+        let down = softer(|gain| Ok(stable_at(gain))).ok().flatten();
+        let up = (margins.gain_up.map(|up| up.value))
+            .filter(|up| *up < WITHIN && stable_at(up * (1.0 + BEYOND)));
+        return LoopVerdict {
+            stable_beyond_gain: down.or(up),
+            ..LoopVerdict::default()
+        };
+    }
+    let first = closed.remembered(margins.delay_s);
+    let delay_s =
+        closed.remembered(SampledControlLoop::delay_margin(first, &later).unwrap_or(first));
+    LoopVerdict {
+        stable: true,
+        phase_margin_rad: margins.phase.map(|phase| phase.value),
+        crossover_rad_s: margins.phase.map(|phase| phase.omega_rad_s),
+        gain_margin: margins.gain_up.map(|gain| gain.value),
+        delay_margin_s: delay_s.map(|delay| delay.value),
+        stable_beyond_gain: None,
     }
 }
 
@@ -127,7 +125,7 @@ impl Drive {
         let later = |delay_s: f64| self.in_contact(devices, load, &tissue, delay_s);
         Ok(DriveVerdict {
             free,
-            in_contact: Some(LoopVerdict::of(&later(0.0)?, later)),
+            in_contact: Some(loop_verdict(&later(0.0)?, later)),
             holding_stiffness_n_per_m: holding,
         })
     }
@@ -177,7 +175,7 @@ impl Drive {
             let closed = self.alone(device, tissue, delay_s);
             closed.map_err(|error| self.refused(&error))
         };
-        Ok(LoopVerdict::of(&later(0.0)?, later))
+        Ok(loop_verdict(&later(0.0)?, later))
     }
 
     /// One mass, with what else it moves, the force of the drive so much later.
@@ -358,7 +356,7 @@ mod tests {
             let scheme: Scheme = "full".parse().expect("a scheme");
             let order = Order::new(0.5).expect("an order");
             let operator =
-                crate::judge::modelled_tissue::loop_operator(None, scheme, order, t, 10.0)
+                haptic_judge::modelled_tissue::loop_operator(None, scheme, order, t, 10.0)
                     .expect("an operator");
             TissueLaw::new(200.0, 20.0, operator, t.0)
         };

@@ -1,10 +1,10 @@
 //! The side of a drive that has a device of its own: its samples at the times of the tissue's device, and its report.
 
 use crate::judge::RunReport;
-use crate::run::ending::Ending;
 use crate::run::record::Record;
 use crate::run::remote::{Aligned, DriveRan, LinkSummary};
-use crate::run::tick::KeptSample;
+use haptic_trial::ending::Ending;
+use haptic_trial::tick::KeptSample;
 use serde::Serialize;
 
 /// Report of the device of a drive, besides the drive's results.

@@ -3,12 +3,12 @@
 use super::Indentation;
 use crate::experiment::bounded_tests::{conducted, defaults};
 use crate::judge::beginning::Beginning;
-use crate::judge::modelled_tissue::ModelledTissue;
 use crate::run::Ran;
 use crate::run::remote::bad_line_tests::BadPair;
 use core::f64::consts::PI;
 use fracdiff::{Channel, Operator, Scheme, Seconds};
 use haptic_emulator::LineFaults;
+use haptic_judge::modelled_tissue::ModelledTissue;
 use haptic_loop::plant::RigDrive;
 use haptic_tissue::{Material, ModelKind, Source};
 use serde_json::Value;

@@ -6,28 +6,30 @@ use crate::experiment::drive::{
 };
 use crate::experiment::kind::Experiment as _;
 use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
-use crate::judge;
 use crate::judge::against::Comparison;
 use crate::judge::beginning::Beginning;
-use crate::judge::decimated::Decimated;
-use crate::judge::modelled_tissue::Sampled;
-use crate::judge::reference::{ReferenceSeries, TOLERANCE};
+use crate::judge::origin;
 use crate::judge::report::{Files, Report, RunReport, closed_form_error, full_history_error};
-use crate::judge::sensed::SensedForce;
 use crate::judge::warnings::Warnings;
-use crate::judge::{Curves, Drawing, LargestError, Reference, origin, percent, relative_error};
 use crate::run::Ran;
 use crate::run::folder::Table;
-use crate::run::record::Before;
 use crate::run::remote::device_name;
-use crate::run::samples::Samples;
-use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
 use haptic_document::parameters::{CONTACT, FORCE_LIMIT};
 use haptic_document::{Failure, rows};
+use haptic_judge::compared::{LargestError, percent, relative_error};
+use haptic_judge::curves::{self, Curves, Drawing};
+use haptic_judge::decimated::Decimated;
+use haptic_judge::modelled_tissue::Sampled;
+use haptic_judge::reference::ReferenceWeights;
+use haptic_judge::reference::{ReferenceSeries, TOLERANCE};
+use haptic_judge::sensed::SensedForce;
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::Newtons;
 use haptic_quantity::{digits, written};
+use haptic_trial::samples::Before;
+use haptic_trial::samples::Samples;
+use haptic_trial::tick::KeptSample;
 use serde_json::{Value, json};
 
 /// The comparison with the full history begins here, s after contact.
@@ -166,7 +168,7 @@ impl<'a> Judge<'a> {
                 LargestError::new(from_s, "the closed form", unit),
                 LargestError::new(from_s, quantity.without_rig, unit),
             ],
-            curves: Decimated::of(record),
+            curves: Decimated::kept(record.whole.is_some()),
             csv: ran.is_whole().then(|| table(ran, quantity.moved, columns)),
             against: of.against.as_ref().map(Comparison::new),
             sensed: SensedForce::default(),
@@ -284,7 +286,7 @@ impl Indentation {
             RigDrive::Force(push) => self.crept(push, ran)?,
         };
         let mut judge = Judge::new(self, ran)?;
-        Samples::of(record, &ran.log.paths).for_each(|sample| {
+        ran.samples().for_each(|sample| {
             judge.add(sample, theory(sample));
             Ok(())
         })?;
@@ -377,7 +379,7 @@ impl Indentation {
         ];
         let origin = origin(record);
         let (title, subtitle) = self.titles(origin, &report.run.device);
-        let drawing = Drawing::Theory(judge::Theory {
+        let drawing = Drawing::Theory(curves::Theory {
             quantity: quantity.name,
             label: quantity.label,
             record: overlay,
@@ -537,7 +539,7 @@ impl Indentation {
 
     /// Each sample of a relaxation.
     fn relaxed(&self, profile: RampHold, ran: &Ran) -> Result<Theory<'_>, Failure> {
-        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let samples = ran.samples();
         let mut history = self.full_history(samples, ran.record.before())?;
         let (t, lead_s) = (self.sample_time_s(), ran.record.start.lead_s);
         let mut ideal = ReferenceSeries::new(
@@ -573,7 +575,7 @@ impl Indentation {
 
     fn crept(&self, push: Newtons, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let length_m = self.quantity().moved.map_or(1.0, |moved| moved.length_m);
-        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let samples = ran.samples();
         let mut history = self.full_history(samples, ran.record.before())?;
         let mut alone = self.massless(push, self.check()?)?;
         let mut ideal = ReferenceSeries::stepped(samples, move |_| alone.next())?;
@@ -606,7 +608,7 @@ impl Indentation {
     fn sampled(&self, samples: u64) -> Result<Sampled, Failure> {
         let piece = &self.piece;
         let t = self.actuator.sample_time;
-        let reference = Reference::of(self.scheme);
+        let reference = ReferenceWeights::of(self.scheme);
         (piece.material).sampled(piece.shape_m(), reference, t, samples)
     }
 
@@ -622,7 +624,7 @@ impl Indentation {
         let depth = position_m.iter().map(|x| effective(x.max(0.0)));
         let depth: Vec<f64> = depth.collect();
         let (shape, t) = (piece.shape_m(), self.actuator.sample_time);
-        let reference = Reference::of(self.scheme);
+        let reference = ReferenceWeights::of(self.scheme);
         let forces = (piece.material).full_history(shape, reference, t, &depth)?;
         Ok(depth
             .iter()

@@ -3,11 +3,11 @@
 use super::Indentation;
 use crate::experiment::bounded_tests::defaults;
 use crate::experiment::rendering::{Contact, Precision};
-use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
-use crate::judge::preflight::{Preflight, WallContact};
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_document::Document;
+use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use haptic_judge::preflight::{Preflight, WallContact};
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Loading, LoadingKind};

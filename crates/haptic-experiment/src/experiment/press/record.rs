@@ -16,10 +16,10 @@
 use super::Press;
 use super::doubts::{back_m, known, slides};
 use crate::experiment::kind::Experiment as _;
-use crate::run::sensor_offset::OFFSET_SAMPLES;
-use crate::run::tick::KeptSample;
 use haptic_quantity::written;
 use haptic_tissue::identify::{Record, sensor_noise, white_noise};
+use haptic_trial::sensor_offset::OFFSET_SAMPLES;
+use haptic_trial::tick::KeptSample;
 use measured_table::{Column, Columns};
 
 /// Share of the largest force by which the zero of a sensor may have moved.

@@ -2,17 +2,17 @@
 
 use super::{PRESS_HOLD, PRESS_RAMP, Press, PressRecord};
 use crate::experiment::kind::Experiment as _;
+use crate::judge::origin;
 use crate::judge::report::{Files, Report, RunReport};
-use crate::judge::sensed::SensedForce;
 use crate::judge::warnings::Warnings;
-use crate::judge::{Curves, Drawing, origin};
 use crate::run::Ran;
 use crate::run::remote::device_name;
-use crate::run::samples::Samples;
-use crate::run::tick::KeptSample;
 use haptic_document::parameters::{CONTROLLER, FORCE_LIMIT};
 use haptic_document::{Failure, Named as _, rows};
+use haptic_judge::curves::{Curves, Drawing};
+use haptic_judge::sensed::SensedForce;
 use haptic_quantity::written;
+use haptic_trial::tick::KeptSample;
 use serde_json::json;
 
 /// A modulus below so many times the smallest one that can be told is hidden.
@@ -22,7 +22,7 @@ impl Press {
     /// The report of a run, with its record as a table and as curves where it reached its end.
     pub(super) fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
         let mut samples: Vec<KeptSample> = Vec::new();
-        Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
+        ran.samples().for_each(|sample| {
             samples.push(*sample);
             Ok(())
         })?;

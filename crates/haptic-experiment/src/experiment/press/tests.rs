@@ -2,15 +2,16 @@
 
 use super::*;
 use crate::ExperimentFile;
-use crate::judge::modelled_tissue::ModelledTissue;
-use crate::run::sensor_offset::Tare;
-use crate::run::simulate::simulate;
 use fracdiff::num_complex::Complex;
 use haptic_document::Document;
+use haptic_judge::modelled_tissue::ModelledTissue;
 use haptic_loop::{Fault, INCOMPRESSIBLE, Modulus};
+use haptic_message::TickMessage;
 use haptic_question::tissue::{RecordForm, RecordQuestion};
 use haptic_tissue::identify::{Identification, TableDetails, Understood};
 use haptic_tissue::{Library, Material, ModelKind};
+use haptic_trial::sensor_offset::Tare;
+use haptic_trial::simulate::simulate;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -2,8 +2,6 @@
 
 use super::{HandModel, HandMotion, TeleoperationExperiment};
 use crate::experiment::trial::VirtualWall;
-use crate::run::advice::parameter;
-use crate::run::ending::Ending;
 use fracdiff::{Operator, Seconds};
 use haptic_document::Failure;
 use haptic_link::HandSide;
@@ -12,6 +10,8 @@ use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
 use haptic_message::PerAxis;
 use haptic_teleoperation::{OneWayLine, Port};
+use haptic_trial::advice::parameter;
+use haptic_trial::ending::Ending;
 use nalgebra::Vector1;
 
 /// Hand or environment at a device.

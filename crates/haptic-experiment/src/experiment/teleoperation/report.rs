@@ -6,22 +6,25 @@ use super::{
 };
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
-use crate::judge::decimated::Decimated;
+use crate::judge::Published;
 use crate::judge::report::{Files, Report, RunReport, unmet};
-use crate::judge::sensed::SensedForce;
-use crate::judge::settling::SATURATED_S;
 use crate::judge::warnings::Warnings;
-use crate::judge::{Curves, Drawing, Published, percent};
-use crate::run::ending::Ending;
-use crate::run::folder::{OutputFolder, Table};
-use crate::run::preflight::note_findings;
-use crate::run::samples::Samples;
-use crate::run::{Ran, World, run_logged};
+use crate::run::folder::Table;
+use crate::run::{Ran, run_beside};
 use fracdiff::num_complex::Complex;
 use haptic_document::parameters::{SAMPLE_TIME, TISSUE_IN_LOG};
 use haptic_document::{Failure, rows};
+use haptic_judge::compared::percent;
+use haptic_judge::curves::{Curves, Drawing};
+use haptic_judge::decimated::Decimated;
+use haptic_judge::sensed::SensedForce;
+use haptic_judge::settling::SATURATED_S;
 use haptic_loop::Limiters;
 use haptic_message::TickMessage;
+use haptic_trial::ending::Ending;
+use haptic_trial::preflight::note_findings;
+use haptic_trial::samples::keeps_all;
+use haptic_trial::simulate::World;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -130,10 +133,6 @@ struct Hands {
 impl World for Hands {
     type Message = TickMessage;
 
-    fn begins(&mut self, folder: &OutputFolder) {
-        self.table = Some(folder.named_table_beside_log("csv", &COLUMNS));
-    }
-
     fn tick(&mut self) -> TickMessage {
         let tick = self.pair.tick();
         let hand_m = self.motion.at(tick.time_s).0;
@@ -223,15 +222,18 @@ impl Experiment for TeleoperationExperiment {
             pair,
             motion: self.motion.clone(),
             judged: Judge::new(self),
-            curves: Decimated::for_samples(schedule.samples),
+            curves: Decimated::kept(keeps_all(schedule.samples)),
             table: None,
             newest: None,
         };
-        let ran = run_logged(
+        let ran = run_beside(
             &mut hands,
             schedule,
             (watched.request, metadata),
             watched.supervisor,
+            |hands, folder| {
+                hands.table = Some(folder.named_table_beside_log("csv", &COLUMNS));
+            },
         )?;
         let ran = Ran { preflight, ..ran };
         let (pair, judged) = (&hands.pair, &hands.judged);
@@ -277,7 +279,7 @@ impl TeleoperationExperiment {
         // The force on the place beside that on the hand.
         let mut sensed = SensedForce::default();
         if self.force_sensor.is_some() {
-            Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
+            ran.samples().for_each(|sample| {
                 sensed.add(sample, sample.reaction_n(), None);
                 Ok(())
             })?;

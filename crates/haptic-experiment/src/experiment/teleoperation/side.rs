@@ -7,21 +7,20 @@ use super::pair::Body;
 use super::report::TeleoperationVerdict;
 use super::{HandMotion, MUST_BE_PASSIVE, TeleoperationExperiment};
 use crate::experiment::kind::Experiment as _;
-use crate::judge::decimated::Decimated;
+use crate::judge::Published;
 use crate::judge::report::Files;
-use crate::judge::settling::SATURATED_S;
-use crate::judge::{Drawing, Published};
-use crate::run::ending::Ending;
 use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::realtime::RealtimeOptions;
 use crate::run::record::Record;
 use crate::run::recorder::Recorder;
 use crate::run::schedule::{Pace, Schedule};
-use crate::run::tick::by_loop;
 use crate::run::{Ran, Supervisor, close, note_periodic, recorder, tell_end};
 use fracdiff::Operator;
 use haptic_document::parameters::{SAMPLE_TIME, SKIPPED_SHARE};
 use haptic_document::{Failure, Rows, rows};
+use haptic_judge::curves::Drawing;
+use haptic_judge::decimated::Decimated;
+use haptic_judge::settling::SATURATED_S;
 use haptic_link::{Architecture, HandSide, hand_digest};
 use haptic_log::record::StartTime;
 use haptic_loop::realtime::Periodic;
@@ -29,6 +28,8 @@ use haptic_loop::{Limit, Limiters, SafeForce};
 use haptic_message::{END, TickMessage, flaw::LATE_FORCE};
 use haptic_quantity::{digits, written};
 use haptic_teleoperation::{Introduction, PeerMessage, Port};
+use haptic_trial::ending::Ending;
+use haptic_trial::tick::by_loop;
 use serde::Serialize;
 use serde_json::json;
 use std::net::SocketAddr;
@@ -156,7 +157,7 @@ impl TeleoperationExperiment {
             motion: (hand_side == HandSide::Master).then_some(&self.motion),
             kept: Kept {
                 table: folder.named_table_beside_log("csv", &COLUMNS),
-                curves: Decimated::of(&record),
+                curves: Decimated::kept(record.whole.is_some()),
                 recorder,
                 record,
             },

@@ -1,12 +1,12 @@
 //! The device in the hand, and the record of each of its ticks.
 
 use super::shape::{Grip, HandPath};
-use crate::run::simulate::Instrumented;
-use crate::run::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
 use fracdiff::Real;
 use haptic_loop::plant::{Axes, MassDamperConfig};
 use haptic_loop::{Device, Reading, SafeForce, Shape, Surface as _};
 use haptic_message::{PerAxis, TickMessage};
+use haptic_trial::simulate::Instrumented;
+use haptic_trial::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
 use nalgebra::SVector;
 use std::convert::Infallible;
 

@@ -4,29 +4,32 @@ use super::device::{HandEnergy, depth};
 use super::shape::TouchShape;
 use super::{TOUCH_MUST_BE_PASSIVE, TouchExperiment};
 use crate::experiment::trial::{Seen, incomparable};
-use crate::judge::decimated::Decimated;
-use crate::judge::modelled_tissue::effective;
-use crate::judge::preflight::Matter;
 use crate::judge::report::{
     Files, Report, RunReport, closed_form_error, full_history_error, unmet,
 };
-use crate::judge::sensed::SensedForce;
-use crate::judge::settling::SATURATED_S;
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
+use crate::judge::{Published, origin};
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::device_name;
-use crate::run::sensor_offset::{SensorOffset, Tare};
-use crate::run::tick::{KeptSample, judged_force_n};
 use haptic_document::parameters::SAMPLE_TIME;
 use haptic_document::{Failure, rows};
+use haptic_judge::compared::Compared;
+use haptic_judge::curves::{Curves, Drawing};
+use haptic_judge::decimated::Decimated;
+use haptic_judge::modelled_tissue::effective;
+use haptic_judge::preflight::Matter;
+use haptic_judge::reference::ReferenceWeights;
+use haptic_judge::sensed::SensedForce;
+use haptic_judge::settling::SATURATED_S;
 use haptic_log::record::{Entry, LogReader};
 use haptic_loop::{Limit, Limiters, LoadingKind};
 use haptic_message::{TickMessage, column_name};
 use haptic_tissue::ting;
 use haptic_trial::GuardChoice;
 use haptic_trial::safety::keys::{GUARD, RISE_TIME};
+use haptic_trial::sensor_offset::{SensorOffset, Tare};
+use haptic_trial::tick::{KeptSample, judged_force_n};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -270,7 +273,7 @@ impl TouchExperiment {
 
     /// The commanded force against the full history of what was read.
     fn compare<const D: usize>(&self, record: &Record) -> Result<Compared, Failure> {
-        let reference = Reference::of(self.scheme);
+        let reference = ReferenceWeights::of(self.scheme);
         let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
         let missing = samples
             .windows(2)
@@ -309,7 +312,7 @@ impl TouchExperiment {
         header.extend(columns.iter().map(String::as_str));
         header.push("depth_m");
         let mut table = ran.folder.named_table_beside_log("csv", &header);
-        let mut curves = Decimated::of(&ran.record);
+        let mut curves = Decimated::kept(ran.record.whole.is_some());
         // The way of the force to zero is no part of the result.
         let last = ran.record.last.map_or(0, |last| last.tick);
         for log in &ran.log.paths {
@@ -435,8 +438,8 @@ pub(crate) struct PostureVerdict {
 mod tests {
     use super::*;
     use crate::experiment::touch::device::TouchTick;
-    use crate::run::tick::TickRecord as _;
     use haptic_message::PerAxis;
+    use haptic_trial::tick::TickRecord as _;
 
     /// Of a force of 5 N that pushes the hand out along (−3, −4)/5.
     fn kept(sensed_n: [f64; 2]) -> KeptSample {

@@ -11,23 +11,23 @@ use super::{
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::experiment::trial::no_law_there;
-use crate::judge::preflight::Preflight;
 use crate::judge::{Published, Report};
-use crate::run::advice::parameter;
 use crate::run::device::LinkedName;
-use crate::run::preflight::{Found, PreflightVerdict, note_findings};
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, portable};
-use crate::run::simulate::Simulated;
 use crate::run::{Ran, run_logged};
 use haptic_analysis::Dynamics;
 use haptic_devices::haply::HaplyPlane;
 use haptic_document::Failure;
 use haptic_document::parameters::{DEVICE, TISSUE_IN_LOG};
+use haptic_judge::preflight::Preflight;
 use haptic_link::LoopMode;
 use haptic_loop::plant::{Axes, MassMatrix, Sensed};
 use haptic_loop::units::Kilograms;
 use haptic_loop::{Contact, Controller, SpringDamper};
 use haptic_remote::wire_surface;
+use haptic_trial::advice::parameter;
+use haptic_trial::preflight::{Findings, PreflightVerdict, note_findings};
+use haptic_trial::simulate::SimulatedLoop;
 use nalgebra::SVector;
 use std::collections::BTreeMap;
 
@@ -132,7 +132,7 @@ impl TouchExperiment {
         note_findings(&mut metadata, "preflight", &verdict);
         note_findings(&mut metadata, "preflight", &posture);
         let schedule = self.schedule(parts.samples);
-        let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
+        let mut world = SimulatedLoop::new(&mut parts.controller, &mut parts.device);
         let ran = run_logged(
             &mut world,
             schedule,
@@ -215,7 +215,7 @@ impl TouchExperiment {
         let (_, posture) = postures.worse(dynamics, 0)?;
         let mut metadata = self.metadata();
         note_findings(&mut metadata, "preflight", &posture);
-        let look = |device, line| Ok(Found::Loop(postures.worse(device, line)?.0));
+        let look = |device, line| Ok(Findings::Loop(postures.worse(device, line)?.0));
         let blank = |_| TouchTick::unknown(shape);
         let law = self.law_there::<D>(remote, samples)?;
         let run = RemoteRun {

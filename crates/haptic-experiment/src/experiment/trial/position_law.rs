@@ -2,9 +2,9 @@
 
 use super::TrialPlan;
 use crate::experiment::drive::ControllerHolder;
-use crate::judge::position_controller::PositionController;
-use crate::judge::settling::Judge;
 use fractional_control::ControlError;
+use haptic_judge::position_controller::PositionController;
+use haptic_judge::settling::Judge;
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 

@@ -6,29 +6,32 @@ use super::setup::{Parts, TrialSetup};
 use crate::experiment::drive::{SecondReport, tell};
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
-use crate::judge::decimated::Decimated;
-use crate::judge::reference::TOLERANCE;
 use crate::judge::report::{
     Files, Report, RunReport, closed_form_error, full_history_error, unmet,
 };
-use crate::judge::sensed::SensedForce;
-use crate::judge::settling::{Criterion, Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Curves, Drawing, FeltSummary, Published, Reference, origin};
-use crate::run::ending::Ending;
-use crate::run::preflight::{Found, PreflightVerdict, note_findings};
+use crate::judge::{Published, origin};
 use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
-use crate::run::samples::Samples;
-use crate::run::tick::KeptSample;
 use crate::run::{Ran, run_logged};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, Named as _, rows};
+use haptic_judge::compared::Compared;
+use haptic_judge::curves::{Curves, Drawing};
+use haptic_judge::decimated::Decimated;
+use haptic_judge::felt::FeltSummary;
+use haptic_judge::reference::ReferenceWeights;
+use haptic_judge::reference::TOLERANCE;
+use haptic_judge::sensed::SensedForce;
+use haptic_judge::settling::{Criterion, Settling, TrialVerdict};
 use haptic_loop::Environment;
 use haptic_trial::GuardChoice;
+use haptic_trial::ending::Ending;
+use haptic_trial::preflight::{Findings, PreflightVerdict, note_findings};
+use haptic_trial::tick::KeptSample;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -139,7 +142,7 @@ pub(crate) trait Trial: Experiment + Clone {
                 ..ran
             });
         };
-        let look = |dynamics, line| judge(dynamics, line).map(Found::Loop);
+        let look = |dynamics, line| judge(dynamics, line).map(Findings::Loop);
         let law = self.law_there(remote, samples)?;
         let run = RemoteRun {
             preflight: Some(&look),
@@ -221,7 +224,7 @@ pub(crate) trait Trial: Experiment + Clone {
         let (order, scheme) = self.operator_choice();
         let whole = ran.is_whole();
         let mut felt = setup.felt(record);
-        Samples::of(record, &ran.log.paths).for_each(|sample| {
+        ran.samples().for_each(|sample| {
             let place_m = sample.position_m - start_m;
             judge.see(sample.time_s, place_m, sample.force_n);
             if let Some(felt) = &mut felt {
@@ -532,10 +535,10 @@ impl Comparison {
         names.push("reaction_force_n");
         names.extend(drive.iter().flat_map(|_| SECOND_COLUMNS));
         let mut table = ran.folder.named_table_beside_log("csv", &names);
-        let mut curves = Decimated::of(record);
+        let mut curves = Decimated::kept(record.whole.is_some());
         let (mut seen, mut last) = (Seen::default(), None);
         let mut sensed = SensedForce::default();
-        Samples::of(record, &ran.log.paths).for_each(|sample| {
+        ran.samples().for_each(|sample| {
             // A sensor feels the whole force of the motor.
             let rendered_n = sample.reaction_n();
             let sample = &KeptSample {
@@ -608,11 +611,11 @@ pub(crate) fn limited(record: &Record) -> Option<&'static str> {
 
 /// A force without a full history of this order, or without any force, has nothing to be compared with.
 pub(crate) fn incomparable(
-    reference: Reference,
+    reference: ReferenceWeights,
     order: Order,
     record: &Record,
 ) -> Option<&'static str> {
-    if reference == Reference::Kernel(Kernel::PiecewiseLinear) && order.get() >= 1.0 {
+    if reference == ReferenceWeights::Kernel(Kernel::PiecewiseLinear) && order.get() >= 1.0 {
         Some("the weights of this kernel are known in closed form below order 1 only")
     } else if record.largest_force_n() == 0.0 {
         Some("no force was commanded")

@@ -20,12 +20,8 @@ use crate::experiment::drive::{
 };
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::device_model_by;
-use crate::run::advice::parameter;
-use crate::run::ending::{Ending, MotorPush};
 use crate::run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
-use crate::run::simulate::{Instrumented, Simulated};
-use crate::run::tick::KeptSample;
-use crate::run::{Ran, Supervisor, World};
+use crate::run::{Ran, Supervisor};
 use fracdiff::parameter::Shown;
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, FileError, Table, parameters as p};
@@ -38,7 +34,12 @@ use haptic_loop::{
     SafetyState,
 };
 use haptic_message::TickMessage;
+use haptic_trial::advice::parameter;
+use haptic_trial::ending::{Ending, MotorPush};
 use haptic_trial::safety::{GuardChoice, Safety};
+use haptic_trial::simulate::World;
+use haptic_trial::simulate::{Instrumented, SimulatedLoop};
+use haptic_trial::tick::KeptSample;
 use haptic_trial::{DeviceModel, Sensors};
 use nalgebra::Vector1;
 use std::convert::Infallible;
@@ -355,14 +356,14 @@ impl Instrumented for Pushed {
 }
 
 /// The loop of a trial on simulated devices: whichever lets go, the other does too.
-pub(crate) struct PushedLoop<'a, E: Environment<f64, 1>>(Simulated<'a, f64, E, Pushed, 1>);
+pub(crate) struct PushedLoop<'a, E: Environment<f64, 1>>(SimulatedLoop<'a, f64, E, Pushed, 1>);
 
 impl<'a, E: Environment<f64, 1>> PushedLoop<'a, E> {
     pub(crate) fn new(
         controller: &'a mut Controller<f64, 1, E>,
         device: &'a mut Sensed<Pushed>,
     ) -> Self {
-        Self(Simulated::new(controller, device))
+        Self(SimulatedLoop::new(controller, device))
     }
 }
 

@@ -7,15 +7,14 @@ use super::{
 };
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{device, device_model, remote, samples_fit};
-use crate::judge::Tally;
-use crate::judge::settling::{Criterion, Judge, Settling};
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::RemoteLaw;
-use crate::run::samples::Samples;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
 use haptic_document::{Failure, FileError, Table, parameters as p};
+use haptic_judge::felt::Tally;
+use haptic_judge::settling::{Criterion, Judge, Settling};
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
@@ -53,7 +52,7 @@ pub(crate) struct Parts<E: Environment<f64, 1>> {
     pub(crate) device: Sensed<Pushed>,
     pub(crate) samples: u64,
     pub(crate) judge: Judge,
-    /// See [`Settling::expected_deflection_m`](crate::Settling::expected_deflection_m).
+    /// See [`Settling::expected_deflection_m`](haptic_judge::settling::Settling::expected_deflection_m).
     pub(crate) rest_m: Option<f64>,
 }
 
@@ -116,7 +115,7 @@ impl TrialSetup {
     pub(super) fn start_m(&self, ran: &Ran) -> Result<f64, Failure> {
         let mut start_m = None;
         if self.plan.push_by == PushBy::Device {
-            Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
+            ran.samples().for_each(|sample| {
                 start_m.get_or_insert(sample.position_m);
                 Ok(())
             })?;

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::experiment::trial::TrialPlan;
-use crate::judge::settling::{Settling, TrialVerdict};
 use fracdiff::Seconds;
+use haptic_judge::settling::{Settling, TrialVerdict};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_trial::Sensors;

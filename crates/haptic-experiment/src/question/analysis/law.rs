@@ -6,15 +6,15 @@ use super::keys::{
 };
 use crate::experiment::reading::{fits, piece};
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
-use crate::judge::modelled_tissue::TissuePiece;
-use crate::judge::position_controller::PositionController;
-use crate::judge::preflight::Matter;
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::LoopOperator;
 use haptic_document::parameters::{Parameter, SCHEME, UNNAMED_PIECE};
 use haptic_document::{Failure, FileError, Table};
+use haptic_judge::modelled_tissue::TissuePiece;
+use haptic_judge::position_controller::PositionController;
+use haptic_judge::preflight::Matter;
 use haptic_quantity::{digits, in_five_digits};
 use haptic_tissue::{Model, SampledModel};
 use serde_json::{Value, json};

@@ -6,9 +6,7 @@ use crate::experiment::reading::linear_piece;
 use crate::experiment::teleoperation::{
     ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
 };
-use crate::judge::preflight::Matter;
 use crate::question::bench::for_each_order;
-use crate::run::advice::analysed;
 use fracdiff::{Order, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
@@ -18,8 +16,10 @@ use haptic_document::parameters::{
     DAMPING, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
 };
 use haptic_document::{Failure, Table, rows};
+use haptic_judge::preflight::Matter;
 use haptic_link::Architecture;
 use haptic_quantity::{digits, written};
+use haptic_trial::advice::analysed;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;

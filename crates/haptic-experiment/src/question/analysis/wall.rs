@@ -10,7 +10,6 @@ use super::keys::{
 use super::law::{InPlace, Law, without};
 use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::{Rows, rows};
-use crate::run::advice::analysed;
 use crate::run::device::Warn;
 use haptic_analysis::{
     AnalysisError, Dynamics, Effective, ForcePath, HandPort, Largest, LoopOperator, Nondimensional,
@@ -21,6 +20,7 @@ use haptic_document::parameters::{DEVICE_MODEL, PLANT_MODEL, Parameter};
 use haptic_document::{Failure, Table};
 use haptic_quantity::{digits, written};
 use haptic_trial::PlantModel;
+use haptic_trial::advice::analysed;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 

@@ -8,11 +8,11 @@ use super::{
 };
 use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT, TrialSetup, WINDOW};
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS, WallExperiment};
-use crate::judge::preflight::WallContact;
 use crate::question::bench::{AskedDevice, for_each_order};
 use fracdiff::{Order, Scheme};
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, lines_of, parameters as p};
+use haptic_judge::preflight::WallContact;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
 use haptic_trial::DeviceModel;

@@ -2,7 +2,6 @@
 
 use super::{Candidate, Design, Wish};
 use crate::experiment::trial::dynamics;
-use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::question::bench::{crossings, largest_scales, last, minimum_of, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
@@ -10,6 +9,7 @@ use haptic_analysis::{
     SampledLoop, SampledPlant, SampledWall, StabilityRegion, StableArea,
 };
 use haptic_document::Failure;
+use haptic_judge::modelled_tissue::{loop_operator, operator};
 use haptic_quantity::digits;
 use haptic_tissue::Model;
 use std::f64::consts::PI;

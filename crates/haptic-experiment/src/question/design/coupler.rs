@@ -22,9 +22,8 @@ use crate::experiment::coupler::{
     COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
 };
 use crate::experiment::trial::{TrialSetup, dynamics};
-use crate::judge::preflight::softer;
 use crate::question::bench::{AskedDevice, for_each_order, minimum_of};
-use crate::{Sensors, Settling, TrialPlan};
+use crate::{Sensors, TrialPlan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, ForcePath, LeastDamping,
@@ -32,6 +31,8 @@ use haptic_analysis::{
 };
 use haptic_document::Failure;
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
+use haptic_judge::preflight::softer;
+use haptic_judge::settling::Settling;
 use haptic_loop::plant::MassDamperConfig;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -305,7 +306,7 @@ impl CouplerDesign {
     /// Memory of the operator that runs, samples.
     fn horizon(&self) -> f64 {
         let t = self.device.sample_time;
-        crate::run::schedule::horizon((self.plan(1.0).duration_s / t.0) as u64)
+        haptic_trial::samples::horizon((self.plan(1.0).duration_s / t.0) as u64)
     }
 
     fn plan(&self, stretch: f64) -> TrialPlan {

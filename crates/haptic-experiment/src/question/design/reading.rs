@@ -9,8 +9,6 @@ use super::{
 use crate::experiment::reading::linear_piece;
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT, contact};
-use crate::judge::position_controller::PositionController;
-use crate::judge::preflight::WallContact;
 use crate::question::analysis::{ANALYSED_CONTROLLER, law};
 use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
@@ -19,6 +17,8 @@ use haptic_document::parameters::{
     SENSOR_NOISE, UNNAMED_PIECE,
 };
 use haptic_document::{Failure, FileError, Table};
+use haptic_judge::position_controller::PositionController;
+use haptic_judge::preflight::WallContact;
 
 pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
     let wish = table.choice(&WISH)?;

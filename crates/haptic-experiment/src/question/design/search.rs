@@ -26,14 +26,15 @@
 
 use super::bench::Bench;
 use super::{Candidate, Design, Noisier};
+use crate::TrialPlan;
 use crate::experiment::trial::{Trial, TrialSetup, louder};
 use crate::experiment::wall::WallExperiment;
-use crate::judge::settling::{GONE_M, TrialVerdict};
 use crate::question::bench::last;
-use crate::{Settling, TrialPlan};
 use fracdiff::{FrequencyResponse as _, Order, Seconds};
 use haptic_analysis::AnalysisError;
 use haptic_document::Failure;
+use haptic_judge::settling::Settling;
+use haptic_judge::settling::{GONE_M, TrialVerdict};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

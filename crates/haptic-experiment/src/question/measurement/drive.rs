@@ -5,7 +5,6 @@ use super::{
     OwnLimits,
 };
 use crate::run::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
-use crate::run::ending::Lateness;
 use crate::run::realtime::RealtimeOptions;
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, push};
 use crate::run::schedule::{Pace, Schedule};
@@ -20,6 +19,7 @@ use haptic_quantity::{digits, written};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
 use haptic_trial::Sensors;
+use haptic_trial::ending::Lateness;
 use nalgebra::{SVector, Vector1};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -782,7 +782,7 @@ fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::ending::tests::reported;
+    use crate::run::remote::bad_line_tests::reported;
 
     #[test]
     fn who_leaves_the_box_before_there_is_a_force_moves_by_itself() {

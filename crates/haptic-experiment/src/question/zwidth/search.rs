@@ -8,16 +8,16 @@ use crate::experiment::trial::{
     PositionLaw, TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, thrown, try_out,
     wall_at_start,
 };
-use crate::judge::modelled_tissue::{loop_operator, operator};
-use crate::judge::position_controller::PositionController;
-use crate::judge::preflight::WallContact;
-use crate::judge::settling::{Criterion, TrialVerdict};
 use crate::question::bench::{AskedDevice, crossings, largest_scales, last, units};
 use crate::run::device::Warn;
 use crate::run::remote::{RemoteDevice, RemoteLaw, device_name, held, portable};
 use fracdiff::{Differintegrator as _, Operator, Order};
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
 use haptic_document::{Failure, Named as _};
+use haptic_judge::modelled_tissue::{loop_operator, operator};
+use haptic_judge::position_controller::PositionController;
+use haptic_judge::preflight::WallContact;
+use haptic_judge::settling::{Criterion, TrialVerdict};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::{Newtons, Seconds};
 use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain, SafetyLimits};
@@ -288,7 +288,7 @@ impl<'a> Search<'a> {
         let t = config.sample_time;
         let mut plan = experiment.plan();
         let samples = plan.samples(t)?;
-        let (scheme, horizon) = (experiment.scheme, crate::run::schedule::horizon(samples));
+        let (scheme, horizon) = (experiment.scheme, haptic_trial::samples::horizon(samples));
         let mut encoder_step_m = encoder_step(experiment.sensors);
         if let Some(trials) = trials {
             let (step_m, most_n) = trials.encoder_and_force();

@@ -6,16 +6,18 @@ use super::partner::{Both, Clock, DriveRan, Partner, Side, aligned};
 use super::session::{HostSession, Ready, blank};
 use crate::experiment::kind::Watched;
 use crate::run::device::{LinkedName, SerialName};
-use crate::run::record::{Record, Start};
+use crate::run::record::Record;
 use crate::run::schedule::{Pace, Schedule};
 use crate::run::{Ran, recorder};
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
 use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_emulator::{FaultyLine, LineFaults, NearLine};
-use haptic_link::{BatchItem, Sample};
+use haptic_link::{BatchItem, FaultReport, Sample, State, Status};
+use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
 use haptic_message::TickMessage;
 use haptic_remote::serial::{DeviceTime, Ping, Pings, SerialLink, Served};
+use haptic_trial::samples::RunStart;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, LazyLock, Mutex};
@@ -26,6 +28,21 @@ const TICK_US: u64 = 1000;
 const T: f64 = 1e-3;
 /// Time from one keep-alive to the next, as on a link.
 const ALIVE_US: u64 = 100_000;
+
+/// A fault of a device, as it reports it.
+pub(crate) fn reported(fault: Fault) -> FaultReport {
+    let status = Status {
+        state: State::Fault,
+        fault: fault.code(),
+        faults: 1,
+        ..Status::default()
+    };
+    FaultReport {
+        status,
+        tick: 7,
+        time_us: 7000,
+    }
+}
 
 /// A run of a pair whose devices speak over bad lines.
 pub(crate) struct BadPair<'a> {
@@ -138,7 +155,7 @@ pub(super) fn ready<'a>(
             sample_time_s: T,
             pace: Pace::Virtual,
         },
-        start: Start::default(),
+        start: RunStart::default(),
         rise_ticks: 10,
         blank,
         metadata: BTreeMap::new(),

@@ -3,9 +3,6 @@
 use super::partner::{Both, DriveRan, Partner, Side, aligned};
 use super::run::RemoteRun;
 use super::session::Ready;
-use crate::run::drive_verdict::DriveVerdict;
-use crate::run::preflight::note_findings;
-use crate::run::record::{WHOLE_MOST, keeps_all};
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_document::Failure;
@@ -13,6 +10,9 @@ use haptic_document::parameters::{
     DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, SAMPLE_TIME, TRIAL_DURATION,
 };
 use haptic_loop::{Controller, Environment};
+use haptic_trial::drive_verdict::DriveVerdict;
+use haptic_trial::preflight::note_findings;
+use haptic_trial::samples::{WHOLE_MOST, keeps_all};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 

@@ -11,10 +11,11 @@
 //!   has ended too. If this program dies, both devices let go by their watchdogs.
 //! - *Losses* are counted on each side.
 
-use crate::run::ending::Ending;
-use crate::run::record::{Record, Start};
+use crate::run::record::Record;
 use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{DeviceClock, SerialLink};
+use haptic_trial::ending::Ending;
+use haptic_trial::samples::RunStart;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -328,7 +329,7 @@ pub(crate) struct DriveRan {
 
 impl DriveRan {
     /// Largest error of this start of the first device's run, as far as the clocks know, s; infinite of a device that did not send its time.
-    pub(crate) fn within_s(&self, start: Start) -> f64 {
+    pub(crate) fn within_s(&self, start: RunStart) -> f64 {
         self.aligned.map_or(f64::INFINITY, |aligned| {
             aligned.residual_s + (start.begun_s() - aligned.offset_s).abs()
         })

@@ -2,16 +2,12 @@
 
 use super::session::{HostSession, Ready, Steers};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
-use crate::run::drive_verdict::DriveVerdict;
-use crate::run::ending::Keeper;
 use crate::run::folder::FolderRequest;
-use crate::run::preflight::{Found, Look, MEASURED, delay_samples, note_findings};
-use crate::run::record::{Record, Start};
+use crate::run::record::Record;
 use crate::run::recorder::Recorder;
 use crate::run::remote::partner::Partner;
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
 use crate::run::schedule::Schedule;
-use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
@@ -24,7 +20,12 @@ use haptic_message::TickMessage;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Companions, SerialError, SerialLink};
 use haptic_trial::GuardChoice;
+use haptic_trial::drive_verdict::DriveVerdict;
+use haptic_trial::ending::ForceKeeper;
+use haptic_trial::preflight::{Findings, LoopJudge, MEASURED, delay_samples, note_findings};
 use haptic_trial::safety::keys::{DEVICE_DAMPING, DEVICE_MASS};
+use haptic_trial::samples::RunStart;
+use haptic_trial::tick::TickRecord;
 use std::collections::BTreeMap;
 
 /// A run to be made on a device.
@@ -36,7 +37,7 @@ pub(crate) struct RemoteRun<'a, M = TickMessage> {
     /// The values at a time, s, that are known without the device, as the log needs them.
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
     /// This loop for the analysis; `None` if it is not closed through the device's motion.
-    pub preflight: Option<&'a Look<'a>>,
+    pub preflight: Option<&'a LoopJudge<'a>>,
     /// True to run even an unstable loop.
     pub force_unstable: bool,
     /// True to tare its force sensor while it is idle; a device that holds its handle from its first tick on is tared anyway.
@@ -181,7 +182,7 @@ impl<'a, M> RemoteRun<'a, M> {
             before,
             device,
             schedule: self.schedule,
-            start: Start::at(start_ticks, t),
+            start: RunStart::at(start_ticks, t),
             // The device sums it in single precision.
             rise_ticks: (f64::from(rise_s) / t).ceil() as u64 + 10,
             blank: self.blank,
@@ -228,7 +229,7 @@ impl<'a, M: TickRecord> Ready<'a, M> {
         let mut record = Record::with_room_for(self.schedule.samples)?;
         record.start = self.start;
         record.lateness = Some(self.device.lateness());
-        record.keeper = Keeper {
+        record.keeper = ForceKeeper {
             served: self.link.is_served(),
             alone: self.link.capabilities().lets_go_alone,
         };
@@ -301,7 +302,11 @@ fn raised(link: &SerialLink, schedule: Schedule) -> Option<String> {
 
 impl<M> RemoteRun<'_, M> {
     /// Looks at the loop before it is closed, and notes what it saw; `None` if it cannot be judged.
-    fn preflight(&mut self, link: &SerialLink, warn: Warn<'_>) -> Result<Option<Found>, Failure> {
+    fn preflight(
+        &mut self,
+        link: &SerialLink,
+        warn: Warn<'_>,
+    ) -> Result<Option<Findings>, Failure> {
         let key = match self.law.controller {
             Some(_) => DriveVerdict::KEY,
             None => "preflight",
@@ -314,7 +319,7 @@ impl<M> RemoteRun<'_, M> {
         Ok(found)
     }
 
-    fn judged(&self, link: &SerialLink, warn: Warn<'_>) -> Result<Option<Found>, Failure> {
+    fn judged(&self, link: &SerialLink, warn: Warn<'_>) -> Result<Option<Findings>, Failure> {
         let Some(look) = self.preflight else {
             return Ok(None);
         };

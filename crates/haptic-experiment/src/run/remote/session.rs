@@ -1,18 +1,13 @@
 //! A configured device: arm, start, listen or control, let go, and close the log.
 
-use crate::run::ending::{Ending, MotorPush};
 use crate::run::fault_recorder::AFTER;
-use crate::run::flat::flat;
 use crate::run::folder::OutputFolder;
-use crate::run::preflight::Found;
 use crate::run::record::Record;
 use crate::run::recorder::{Recorded, Recorder};
 use crate::run::remote::RemoteDevice;
 use crate::run::remote::partner::{Partner, Side};
 use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
-use crate::run::sensor_offset::{OFFSET_SAMPLES, SensorOffset};
-use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_document::Failure;
@@ -27,6 +22,11 @@ use haptic_loop::{
 use haptic_message::{DRIVE_END, END, EventMessage, TickMessage, flaw::LATE_FORCE};
 use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
 use haptic_remote::{LinkError, Patience};
+use haptic_trial::ending::{Ending, MotorPush};
+use haptic_trial::flat::flat;
+use haptic_trial::preflight::Findings;
+use haptic_trial::sensor_offset::{OFFSET_SAMPLES, SensorOffset};
+use haptic_trial::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
 use nalgebra::SVector;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,13 +43,13 @@ pub(super) struct Ready<'a, M> {
     pub before: Statistics,
     pub device: &'a RemoteDevice,
     pub schedule: Schedule,
-    pub start: crate::run::record::Start,
+    pub start: haptic_trial::samples::RunStart,
     /// Ticks in which its force rises.
     pub rise_ticks: u64,
     /// Log values at a time, s, that are known without the device.
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
     pub metadata: BTreeMap<String, String>,
-    pub found: Option<Found>,
+    pub found: Option<Findings>,
     /// Push of a motor into its law.
     pub push: Option<MotorPush>,
     /// Its taps.
@@ -115,8 +115,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let recorded = close(recorder, &record, let_go)?;
         let mut ran = Ran::of(record, recorded, folder);
         match found {
-            Some(Found::Loop(verdict)) => ran.preflight = Some(verdict),
-            Some(Found::Drive(verdict)) => ran.drive = Some(verdict),
+            Some(Findings::Loop(verdict)) => ran.preflight = Some(verdict),
+            Some(Findings::Drive(verdict)) => ran.drive = Some(verdict),
             None => {}
         }
         Ok(ran)
@@ -638,7 +638,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         });
         if let (Some((begun_s, samples)), false) = (begun, self.has_begun()) {
             self.record.start =
-                crate::run::record::Start::from(begun_s, self.ready.schedule.sample_time_s);
+                haptic_trial::samples::RunStart::from(begun_s, self.ready.schedule.sample_time_s);
             self.ready.schedule.samples = self.record.start.tick + samples;
             for message in std::mem::take(&mut self.pending) {
                 self.place(&message);

@@ -7,12 +7,12 @@ use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::{self, Parameter, Range};
 
-use haptic_experiment::run::single;
 use haptic_experiment::{GuardChoice, Named};
 use haptic_link::{Configuration, Guard, Limits, LoopMode, SimulationKind};
 use haptic_loop::Limit;
 use haptic_quantity::{parse_for_key, without_unit};
 use haptic_remote::{operator_shape, wire_guard};
+use haptic_trial::advice::single;
 use haptic_trial::{GuardedDevice, guard_of, speed, workspace};
 use std::collections::BTreeSet;
 

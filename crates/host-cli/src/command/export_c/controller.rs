@@ -5,7 +5,7 @@ use crate::output::Output;
 use fracdiff_c::{CHeader, CNumber};
 use fractional_control::{ControllerList, ControllerParameters, ControllerSetup, rule_of_scheme};
 use haptic_experiment::{Failure, Named as _, Precision};
-use haptic_question::words::refused;
+use haptic_trial::advice::refused;
 use serde_json::json;
 
 impl Arguments {

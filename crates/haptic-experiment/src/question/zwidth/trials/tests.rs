@@ -1,8 +1,8 @@
 //! Trials on a device that is silent, that fails, and that has had enough.
 
 use super::*;
-use crate::run::ending::tests::reported;
 use crate::run::remote::bad_line_tests::quiet;
+use crate::run::remote::bad_line_tests::reported;
 use haptic_emulator::moteus::EmulatedAdapter;
 use std::sync::Arc;
 

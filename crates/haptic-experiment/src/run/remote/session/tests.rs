@@ -1,8 +1,7 @@
 //! A session that is handed its samples one by one, and two that share a contact.
 
 use super::*;
-use crate::run::ending::LetGo;
-use crate::run::ending::tests::reported;
+use crate::run::remote::bad_line_tests::reported;
 use crate::run::remote::bad_line_tests::{ready, remote};
 use crate::run::remote::partner::{Both, Clock};
 use crate::run::{FolderRequest, recorder};
@@ -13,6 +12,7 @@ use haptic_loop::{Fault, Limiters, SafetyChain};
 use haptic_message::flaw;
 use haptic_remote::serial::{BoardTrouble, DeviceTime, Served, ServedHardware};
 use haptic_remote::{Hardware, Impossible, abilities};
+use haptic_trial::ending::LetGo;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, LazyLock};
 use testkit::Folder;
@@ -310,7 +310,7 @@ fn a_drive_has_the_time_of_its_tissue_and_its_law_that_of_the_run() {
     let mut partner = partner(&both, Side::Drive);
     partner.shift_s = 0.5;
     let [left] = look([Some(partner)], None, |[session]| {
-        session.record.start = crate::run::record::Start::from(0.004, 1e-3);
+        session.record.start = haptic_trial::samples::RunStart::from(0.004, 1e-3);
         assert!(session.take_sample(&sample(4, -0.2)));
         let message = session.message(&sample(7, -0.2)).expect("one axis");
         assert_eq!((message.time_s, message.reference_m), (0.507, 0.003.into()));

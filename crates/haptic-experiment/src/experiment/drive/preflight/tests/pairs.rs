@@ -4,10 +4,10 @@
 
 use super::{Drive, TissueLaw, device, held};
 use crate::experiment::drive::ControllerHolder;
-use crate::judge::modelled_tissue::loop_operator;
 use fracdiff::{Differintegrator as _, Operator, OperatorHistory, Order, Scheme, Seconds};
 use fractional_control::{ControllerSetup, PidParameters, SampledLaw};
 use haptic_analysis::Dynamics;
+use haptic_judge::modelled_tissue::loop_operator;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, Holder as _, RampHold, RigDrive,
 };

@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// The values of a report by key, each key after `prefix`. A nested value has both names with `joint` between them, an absent one is `none`.
-pub(crate) fn flat(report: &impl Serialize, prefix: &str, joint: &str) -> BTreeMap<String, String> {
+pub fn flat(report: &impl Serialize, prefix: &str, joint: &str) -> BTreeMap<String, String> {
     let mut flat = BTreeMap::new();
     // Numbers and words always become JSON.
     let value = serde_json::to_value(report).unwrap_or_default();

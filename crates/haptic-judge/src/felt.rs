@@ -41,14 +41,15 @@ pub struct FeltSummary {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
     /// Number of the stimulus whose ticks count; 0 where nobody counts them.
-    pub(crate) stimulus: u64,
+    pub stimulus: u64,
     /// Place of the surface, m.
     surface_m: f64,
     /// Ticks that count at most.
     most: u64,
     sample_time_s: f64,
     first: (u64, f64),
-    pub(crate) ticks: u64,
+    /// Number of ticks.
+    pub ticks: u64,
     inside: u64,
     was_inside: bool,
     contacts: u64,

@@ -1,7 +1,7 @@
 //! Questions of a run to the pre-flight before a device is armed, and the answers.
 
-use crate::run::drive_verdict::DriveVerdict;
-use crate::run::flat::flat;
+use crate::drive_verdict::DriveVerdict;
+use crate::flat::flat;
 use haptic_analysis::Dynamics;
 use haptic_document::Failure;
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE};
@@ -11,28 +11,32 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// Time over which the round trip is measured.
-pub(crate) const MEASURED: Duration = Duration::from_millis(200);
+pub const MEASURED: Duration = Duration::from_millis(200);
 
 /// Whole samples of delay for a round trip, µs: it, and the tick that the force waits for, rounded up.
-pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
+pub fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
     (1e-6 * round_trip_us as f64 / sample_time_s + 1.0).ceil() as usize
 }
 
 /// Judges a loop with this device and this many samples of delay on a line besides its own.
-pub(crate) type Look<'a> = dyn Fn(Dynamics, usize) -> Result<Found, Failure> + 'a;
+pub type LoopJudge<'a> = dyn Fn(Dynamics, usize) -> Result<Findings, Failure> + 'a;
 
 /// Findings of the pre-flight of a device.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(untagged)]
-pub(crate) enum Found {
+pub enum Findings {
     /// Of a loop through an environment.
     Loop(PreflightVerdict),
+    /// The loop of a controller that holds an indenter.
     Drive(DriveVerdict),
 }
 
-impl Found {
+impl Findings {
     /// Refuses what is unstable, unless it is forced.
-    pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// Says what would be unstable.
+    pub fn require_stable(&self, force: bool) -> Result<(), Failure> {
         match self {
             Self::Loop(verdict) => verdict.require_stable(force),
             Self::Drive(verdict) => verdict.require_stable(force),
@@ -40,7 +44,7 @@ impl Found {
     }
 
     /// A sentence before the run; `None` if there is nothing to say, or a guard that promises passivity looks after it.
-    pub(crate) fn warning(&self, guarded: bool) -> Option<String> {
+    pub fn warning(&self, guarded: bool) -> Option<String> {
         match self {
             Self::Loop(verdict) => verdict.warning(guarded),
             Self::Drive(_) => None,
@@ -49,17 +53,17 @@ impl Found {
 }
 
 /// Hard hits may grow on contact that pushes only, even where the same contact is proved if it may pull.
-pub(crate) const NOT_PROVED: &str = "not proved";
+pub const NOT_PROVED: &str = "not proved";
 /// Energy bounding holds for any environment. It proves neither that the device comes to rest nor a force.
-pub(crate) const NO_ENERGY: &str = "proved to give no energy, with the guard on";
+pub const NO_ENERGY: &str = "proved to give no energy, with the guard on";
 /// By the certificate of the loop that runs, up to the force limit.
-pub(crate) const EVERY_MOTION: &str =
+pub const EVERY_MOTION: &str =
     "proved for every motion, but for friction, encoder, rate limit, guard, start ramp and braking";
 
 /// Llewellyn's verdict on a coupler, and what the sampled device needs. Keys of reports and, with `preflight.coupler.` before
 /// them, of the log's metadata.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct CouplerVerdict {
+pub struct CouplerVerdict {
     /// Passive with every passive hand and object by Llewellyn's criterion, for the operator really used.
     pub llewellyn: bool,
     /// b of the device, N·s/m.
@@ -109,7 +113,7 @@ pub struct PreflightVerdict {
     /// Of a coupler: Llewellyn's verdict. Then `margin` is the factor on `k_c` and `b_c`, `passive` and `required_delta` are
     /// those of the sampled port with any object, α = `k_c`T/m and β = `b_c`T^(1+μ)/m.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) coupler: Option<CouplerVerdict>,
+    pub coupler: Option<CouplerVerdict>,
 }
 
 /// Rounded up, so that the printed number suffices.
@@ -137,7 +141,10 @@ impl CouplerVerdict {
 
 impl PreflightVerdict {
     /// Refuses what is unstable, and what Llewellyn refuses, unless it is forced.
-    pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// Says what would be unstable, with its numbers and what to change.
+    pub fn require_stable(&self, force: bool) -> Result<(), Failure> {
         let refused = self.coupler.filter(|coupler| !coupler.llewellyn);
         if force || (self.stable && refused.is_none()) {
             return Ok(());
@@ -185,7 +192,7 @@ impl PreflightVerdict {
 
     /// A sentence about a loop that is unstable or not passive; `None` if there is nothing to say, or a guard
     /// that promises passivity looks after it.
-    pub(crate) fn warning(&self, guarded: bool) -> Option<String> {
+    pub fn warning(&self, guarded: bool) -> Option<String> {
         if !self.stable {
             let why = if guarded {
                 "only the guard keeps it stable"
@@ -305,7 +312,7 @@ impl PreflightVerdict {
 }
 
 /// Adds findings to the metadata of a log, each by its key of reports behind `prefix` and a point.
-pub(crate) fn note_findings(
+pub fn note_findings(
     metadata: &mut BTreeMap<String, String>,
     prefix: &str,
     findings: &impl Serialize,

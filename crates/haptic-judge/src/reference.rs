@@ -3,29 +3,30 @@
 //! A run that is kept whole has it whole, by exact sums. A long one has it sample by sample, by an operator
 //! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
 
-use crate::run::record::Before;
-use crate::run::samples::Samples;
-use crate::run::tick::KeptSample;
 use fracdiff::batch::Batch;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
 use haptic_document::Failure;
+use haptic_trial::samples::Before;
+use haptic_trial::samples::Samples;
+use haptic_trial::tick::KeptSample;
 
 /// Largest relative error of any weight of an operator that stands for the full history.
-pub(crate) const TOLERANCE: f64 = 1e-9;
+pub const TOLERANCE: f64 = 1e-9;
 
 /// The weights whose full history a run is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 
-pub(crate) enum Reference {
+pub enum ReferenceWeights {
+    /// Those of a kernel.
     Kernel(Kernel),
     /// Of `full-bdf2`.
     Bdf2,
 }
 
-impl Reference {
+impl ReferenceWeights {
     /// Those of the scheme itself where it has the full history, else Grünwald's.
-    pub(crate) fn of(scheme: Scheme) -> Self {
+    pub fn of(scheme: Scheme) -> Self {
         if let Scheme::FullBdf2 { .. } = scheme {
             Self::Bdf2
         } else if let Scheme::Full { kernel, .. } = scheme {
@@ -36,7 +37,7 @@ impl Reference {
     }
 
     /// The scheme with these weights, of this tolerance.
-    pub(crate) fn scheme(self, tolerance: f64) -> Scheme {
+    pub fn scheme(self, tolerance: f64) -> Scheme {
         match self {
             Self::Kernel(kernel) => Scheme::Full { kernel, tolerance },
             Self::Bdf2 => Scheme::FullBdf2 { tolerance },
@@ -44,7 +45,10 @@ impl Reference {
     }
 
     /// D^μ of a whole record by its full history, no memory cut: [`Batch`].
-    pub(crate) fn full_history(
+    ///
+    /// # Errors
+    /// An order or a history that cannot be summed.
+    pub fn full_history(
         self,
         order: Order,
         sample_time: Seconds,
@@ -59,7 +63,7 @@ impl Reference {
 }
 
 /// A value for each sample, asked for in their order.
-pub(crate) struct ReferenceSeries<'a>(Source<'a>);
+pub struct ReferenceSeries<'a>(Source<'a>);
 
 enum Source<'a> {
     Whole(std::vec::IntoIter<f64>),
@@ -76,7 +80,13 @@ struct Stream<'a> {
 }
 
 /// The next value of every tick, given its number and the position.
-pub(crate) type Step<'a> = Box<dyn FnMut(u64, f64) -> f64 + 'a>;
+pub type Step<'a> = Box<dyn FnMut(u64, f64) -> f64 + 'a>;
+
+impl std::fmt::Debug for ReferenceSeries<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ReferenceSeries").finish_non_exhaustive()
+    }
+}
 
 impl<'a> Stream<'a> {
     fn new(step: Step<'a>, before: Before<'_>) -> Self {
@@ -108,7 +118,10 @@ impl<'a> Stream<'a> {
 
 impl<'a> ReferenceSeries<'a> {
     /// By `whole` from the positions of all ticks of a run that is in memory, or by `step`, tick by tick; both begin with the ticks before it.
-    pub(crate) fn new(
+    ///
+    /// # Errors
+    /// Those of what makes the values.
+    pub fn new(
         samples: Samples<'_>,
         before: Before<'_>,
         whole: impl FnOnce(&[f64]) -> Result<Vec<f64>, Failure>,
@@ -123,7 +136,10 @@ impl<'a> ReferenceSeries<'a> {
     }
 
     /// By the same step whether the run is in memory or not.
-    pub(crate) fn stepped(
+    ///
+    /// # Errors
+    /// Those of what makes the values.
+    pub fn stepped(
         samples: Samples<'_>,
         mut step: impl FnMut(f64) -> f64 + 'a,
     ) -> Result<Self, Failure> {
@@ -140,7 +156,7 @@ impl<'a> ReferenceSeries<'a> {
     }
 
     /// The value of this sample.
-    pub(crate) fn at(&mut self, sample: &KeptSample) -> f64 {
+    pub fn at(&mut self, sample: &KeptSample) -> f64 {
         match &mut self.0 {
             Source::Whole(values) => values.next().unwrap_or(f64::NAN),
             Source::Streamed(stream) => stream.at(sample.tick + stream.before, sample.position_m),
@@ -178,14 +194,17 @@ fn of_every_tick(
 }
 
 /// D^μ by an operator that stands for the full history of this many samples.
-pub(crate) fn operator(
-    reference: Reference,
+///
+/// # Errors
+/// An operator that the scheme cannot make.
+pub fn operator(
+    reference: ReferenceWeights,
     order: Order,
     sample_time: Seconds,
     samples: u64,
 ) -> Result<Channel<f64, Operator<f64>>, Failure> {
     let scheme = reference.scheme(TOLERANCE);
-    let horizon = crate::run::schedule::horizon(samples);
+    let horizon = haptic_trial::samples::horizon(samples);
     let operator = scheme.build(order, sample_time, horizon);
     Ok(Channel::new(operator.map_err(Failure::input)?))
 }

@@ -6,22 +6,52 @@
 //! What simulates a relaxation or creep goes through here; a trial of a wall needs no messages, its judge sees the ticks themselves. A run
 //! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.
 
-use crate::run::World;
-use crate::run::ending::Ending;
-use crate::run::tick::{TickRecord, by_loop};
+use crate::ending::Ending;
+use crate::tick::{TickRecord, by_loop};
 use fracdiff::Real;
-use haptic_loop::plant::{IndentationRig, MassDamper, Sensed};
+use haptic_loop::plant::{IndentationRig, MassDamper, PressedDevice, Sensed};
 use haptic_loop::{Controller, Device, Engaged, Environment};
-use haptic_message::TickMessage;
+use haptic_message::{EventMessage, TickMessage};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
+/// A system that runs tick by tick: a loop on a simulated device, or both sides of a teleoperation.
+pub trait World<const D: usize = 1> {
+    /// Record of a tick.
+    type Message: TickRecord;
+
+    /// Does the next tick.
+    fn tick(&mut self) -> Self::Message;
+
+    /// The tick before counts: no fault and no silence ended the run in it.
+    fn counted(&mut self) {}
+
+    /// Why the world does not go on by itself.
+    fn ended(&self) -> Option<Ending>;
+
+    /// Lets the force fall to zero.
+    fn stop(&mut self);
+
+    /// True if there is no force any more.
+    fn is_at_rest(&self) -> bool;
+
+    /// An event for the log besides the tick.
+    fn event(&mut self) -> Option<EventMessage> {
+        None
+    }
+
+    /// True of one that has no number of ticks beforehand, and whose last has been.
+    fn is_over(&self) -> bool {
+        false
+    }
+}
+
 /// Receiver of each sample; it may end the simulation.
-pub(crate) type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow<()>;
+pub type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow<()>;
 
 /// A simulated device with instruments of its own, beside the sensors that the loop reads. A force sensor shows its contact force, unless it says
 /// what is sensed.
-pub(crate) trait Instrumented<const D: usize = 1> {
+pub trait Instrumented<const D: usize = 1> {
     /// Record of a tick.
     type Message: TickRecord;
 
@@ -31,7 +61,7 @@ pub(crate) trait Instrumented<const D: usize = 1> {
 
 /// Runs a loop for `samples` ticks, or until the sink breaks; `true` if it reached the end without a fault. When it returns, the force is
 /// zero.
-pub(crate) fn simulate<F, E, V, const D: usize>(
+pub fn simulate<F, E, V, const D: usize>(
     controller: &mut Controller<F, D, E>,
     device: &mut Sensed<V>,
     samples: u64,
@@ -42,7 +72,7 @@ where
     E: Environment<F, D>,
     V: Device<F, D, Error = Infallible> + Instrumented<D>,
 {
-    let mut simulated = Simulated::new(controller, device);
+    let mut simulated = SimulatedLoop::new(controller, device);
     for _ in 0..samples {
         let message = simulated.tick();
         if sink(&message).is_break() || simulated.ended().is_some() {
@@ -53,34 +83,36 @@ where
 }
 
 /// A loop on a simulated device. Whatever ends it, no force stays.
-pub(crate) struct Simulated<'a, F: Real, E: Environment<F, D>, V, const D: usize>
+#[derive(Debug)]
+pub struct SimulatedLoop<'a, F: Real, E: Environment<F, D>, V, const D: usize>
 where
     V: Device<F, D, Error = Infallible>,
 {
     engaged: Engaged<F, D, E, &'a mut Sensed<V>, &'a mut Controller<F, D, E>>,
 }
 
-impl<'a, F: Real, E: Environment<F, D>, V, const D: usize> Simulated<'a, F, E, V, D>
+impl<'a, F: Real, E: Environment<F, D>, V, const D: usize> SimulatedLoop<'a, F, E, V, D>
 where
     V: Device<F, D, Error = Infallible>,
 {
-    pub(crate) fn new(controller: &'a mut Controller<F, D, E>, device: &'a mut Sensed<V>) -> Self {
+    /// Engages the device; it is let go when this is dropped.
+    pub fn new(controller: &'a mut Controller<F, D, E>, device: &'a mut Sensed<V>) -> Self {
         let engaged = controller.engage(device);
         Self { engaged }
     }
 
     /// The device behind its sensors.
-    pub(crate) fn device(&self) -> &V {
+    pub fn device(&self) -> &V {
         self.engaged.device().device()
     }
 
     /// The device behind its sensors.
-    pub(crate) fn device_mut(&mut self) -> &mut V {
+    pub fn device_mut(&mut self) -> &mut V {
         self.engaged.device_mut().device_mut()
     }
 }
 
-impl<F: Real, E: Environment<F, D>, V, const D: usize> World<D> for Simulated<'_, F, E, V, D>
+impl<F: Real, E: Environment<F, D>, V, const D: usize> World<D> for SimulatedLoop<'_, F, E, V, D>
 where
     V: Device<F, D, Error = Infallible> + Instrumented<D>,
 {
@@ -140,6 +172,18 @@ impl Instrumented for MassDamper<1> {
             reference_m: 0.0.into(),
             indenter_position_m: self.position()[0].into(),
             contact_force_n: self.applied_force()[0].into(),
+            ..TickMessage::unknown(1)
+        }
+    }
+}
+
+impl Instrumented for PressedDevice {
+    type Message = TickMessage;
+
+    fn observe(&self) -> TickMessage {
+        TickMessage {
+            indenter_position_m: self.position().into(),
+            contact_force_n: self.contact_force().into(),
             ..TickMessage::unknown(1)
         }
     }

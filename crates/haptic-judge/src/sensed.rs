@@ -10,9 +10,9 @@
 //!   and a hundredth of the largest force that was sensed.
 //! - *Cost*: some twenty operations a sample.
 
-use crate::run::sensor_offset::{OFFSET_SAMPLES, SensorOffset, Tare};
-use crate::run::tick::KeptSample;
 use haptic_quantity::written;
+use haptic_trial::sensor_offset::{OFFSET_SAMPLES, SensorOffset, Tare};
+use haptic_trial::tick::KeptSample;
 use serde_json::{Value, json};
 
 /// Share of the largest sensed force up to which a drift is not worth a sentence.
@@ -34,7 +34,7 @@ impl Difference {
 
 /// Sums over a run with a force sensor.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct SensedForce {
+pub struct SensedForce {
     samples: f64,
     /// Sensed less rendered, sensed less closed form, rendered less closed form.
     differences: [Difference; 3],
@@ -51,7 +51,7 @@ pub(crate) struct SensedForce {
 
 impl SensedForce {
     /// The next sample, with the force that opposes the indentation as it was rendered and in closed form, N.
-    pub(crate) fn add(&mut self, sample: &KeptSample, rendered_n: f64, closed_form_n: Option<f64>) {
+    pub fn add(&mut self, sample: &KeptSample, rendered_n: f64, closed_form_n: Option<f64>) {
         let Some(sensed_n) = sample.sensed_force_n.filter(|_| sample.is_comparable()) else {
             return;
         };
@@ -80,7 +80,7 @@ impl SensedForce {
     }
 
     /// Rows of a report, with the rms and the largest difference of the sensed force from a record, N; empty without a sensor.
-    pub(crate) fn rows(&self, tare: Tare, from_record: Option<[f64; 2]>) -> Value {
+    pub fn rows(&self, tare: Tare, from_record: Option<[f64; 2]>) -> Value {
         if self.samples == 0.0 {
             return json!({});
         }
@@ -115,7 +115,7 @@ impl SensedForce {
     }
 
     /// Doubts about the sensor, a line each. A simulated rig touches from its first tick on, so no offset is missed there.
-    pub(crate) fn warnings(&self, tare: Tare, on_device: bool) -> Vec<String> {
+    pub fn warnings(&self, tare: Tare, on_device: bool) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.samples == 0.0 {
             return warnings;
@@ -162,9 +162,9 @@ impl SensedForce {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::run::tick::KeptSample;
+    use crate::sensed::*;
     use haptic_message::TickMessage;
+    use haptic_trial::tick::KeptSample;
     use proptest::prelude::*;
 
     fn judged(samples: &[[f64; 3]]) -> SensedForce {

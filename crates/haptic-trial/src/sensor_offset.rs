@@ -14,25 +14,29 @@
 use haptic_message::{PerAxis, TickMessage};
 
 /// N. At 1 kHz a tenth of a second.
-pub(crate) const OFFSET_SAMPLES: u32 = 100;
+pub const OFFSET_SAMPLES: u32 = 100;
 /// Motion between the halves of a window up to which a handle is still, m.
 const STILL_M: f64 = 1e-4;
 
 /// Offset of a force sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) enum SensorOffset {
+pub enum SensorOffset {
     /// Not known yet.
     #[default]
     Measuring,
     /// On each axis, N.
     Known([f64; 3]),
     /// The law wanted a force before it was known, after so many samples.
-    Touched { samples: u32 },
+    Touched {
+        /// Samples before it did.
+        samples: u32,
+    },
 }
 
 /// Offset of a force sensor over a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Tare {
+pub struct Tare {
+    /// The offset, as far as it is known.
     pub offset: SensorOffset,
     /// Noise with which the offset was measured, on each axis, N.
     pub noise_n: [f64; 3],
@@ -83,7 +87,7 @@ impl Window {
 
 impl Tare {
     /// Takes the offset off the reading of the next sample of a run, or learns it from that.
-    pub(crate) fn take_off(&mut self, message: &mut TickMessage) {
+    pub fn take_off(&mut self, message: &mut TickMessage) {
         let Some(sensed_n) = message.sensed_force_n else {
             return;
         };
@@ -112,7 +116,7 @@ impl Tare {
     }
 
     /// A reading less the offset; `None` until that is known.
-    pub(crate) fn less(&self, sensed: PerAxis) -> Option<PerAxis> {
+    pub fn less(&self, sensed: PerAxis) -> Option<PerAxis> {
         match self.offset {
             SensorOffset::Measuring => None,
             SensorOffset::Known(offset) => {
@@ -124,7 +128,7 @@ impl Tare {
     }
 
     /// The largest of the drifts beyond what the noise of two means explains, N.
-    pub(crate) fn drifted_n(&self) -> Option<f64> {
+    pub fn drifted_n(&self) -> Option<f64> {
         /// Deviations of the difference of two means.
         const BEYOND: f64 = 5.0;
         let by_noise = BEYOND * libm::sqrt(2.0 / f64::from(OFFSET_SAMPLES));
@@ -134,7 +138,6 @@ impl Tare {
     }
 }
 
-#[cfg(test)]
 impl From<SensorOffset> for Tare {
     fn from(offset: SensorOffset) -> Self {
         Self {
@@ -146,7 +149,7 @@ impl From<SensorOffset> for Tare {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::sensor_offset::*;
     use proptest::prelude::*;
 
     fn message(environment_n: [f64; 2], sensed_n: [f64; 2]) -> TickMessage {

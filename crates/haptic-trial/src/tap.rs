@@ -12,23 +12,24 @@ use haptic_loop::plant::MassDamperConfig;
 
 /// A law that is tapped.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct TappedLaw {
+pub struct TappedLaw {
     /// Device and hand, as they are known.
-    pub(crate) device: MassDamperConfig,
+    pub device: MassDamperConfig,
     /// K of wall and hand, N/m, and B, N·s^μ/m.
-    pub(crate) wall: [f64; 2],
+    pub wall: [f64; 2],
     /// μ.
-    pub(crate) order: f64,
+    pub order: f64,
     /// Samples of the trial.
-    pub(crate) samples: u64,
+    pub samples: u64,
     /// It never pulls.
-    pub(crate) lifts: bool,
-    pub(crate) push_n: f64,
+    pub lifts: bool,
+    /// Push into the law, N.
+    pub push_n: f64,
 }
 
 impl TappedLaw {
     /// Ticks from one step to the next.
-    pub(crate) fn ticks(&self) -> u32 {
+    pub fn ticks(&self) -> u32 {
         let ([k, b], whole) = (self.wall, self.samples as f64);
         let swings_s = 40.0 * std::f64::consts::PI * (self.device.mass.0 / k).sqrt();
         let relaxes_s = if self.order > 0.0 && b > 0.0 {
@@ -42,7 +43,7 @@ impl TappedLaw {
     }
 
     /// The largest tap within these limits, N; 0 for none.
-    pub(crate) fn force_n(&self, limits: &Limits) -> f32 {
+    pub fn force_n(&self, limits: &Limits) -> f32 {
         let ([k, b], m, mu) = (self.wall, self.device.mass.0, self.order);
         let (t, push_n) = (self.device.sample_time.0, self.push_n);
         let holds = k + b * libm::pow(f64::from(self.ticks()) * t, -mu);

@@ -32,41 +32,43 @@ const STOPPED: f64 = 8.0;
 
 /// A trial with taps.
 #[derive(Clone, Debug)]
-pub(crate) struct Taps {
+pub struct Taps {
     /// Ticks from one step of the tap to the next.
-    pub(crate) ticks: usize,
+    pub ticks: usize,
     /// Ticks in which a wall has to settle.
-    pub(crate) settles_in: f64,
+    pub settles_in: f64,
     /// Spring of a hand, N/m.
-    pub(crate) hand_n_per_m: f64,
+    pub hand_n_per_m: f64,
     /// Friction by the device file, N.
-    pub(crate) friction_n: f64,
-    pub(crate) encoder_step_m: f64,
+    pub friction_n: f64,
+    /// Encoder step, m.
+    pub encoder_step_m: f64,
     /// Force of a step of the encoder through the law, N.
-    pub(crate) step_n: f64,
+    pub step_n: f64,
     /// Change of the speed by a newton in a tick, m per tick.
-    pub(crate) tick_m_per_n: f64,
+    pub tick_m_per_n: f64,
     /// Place, m, and force, N, of each tick.
-    pub(crate) seen: Vec<(f64, f64)>,
+    pub seen: Vec<(f64, f64)>,
 }
 
 /// Decay of the swings after the taps. Its fields are keys of reports.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Swings {
+pub struct Swings {
     /// Mean step of the force, N.
     pub tap_n: f64,
     /// Friction, at least, N.
     pub friction_n: f64,
     /// Share of a swing that is left in the next.
     pub swing_ratio: f64,
-    /// Its interval.
+    /// Lower end of its interval.
     pub swing_ratio_from: f64,
+    /// Its upper end.
     pub swing_ratio_to: f64,
     /// The share up to which a wall settles in time.
     pub swing_ratio_limit: f64,
     /// The answer; `None` if friction hides it.
     #[serde(skip)]
-    pub(crate) dies: Option<bool>,
+    pub dies: Option<bool>,
 }
 
 /// Speeds after a tap, m per tick, with their turning points.
@@ -114,7 +116,7 @@ impl Taps {
     }
 
     /// True if the motion dies away at the end of the newest samples: it varies by less than in as many before them.
-    pub(crate) fn falls(&self, samples: usize) -> bool {
+    pub fn falls(&self, samples: usize) -> bool {
         let end = self.seen.len();
         let spread = |from: usize| {
             let places = self.seen[from..from + samples].iter().map(|seen| seen.0);
@@ -125,7 +127,7 @@ impl Taps {
     }
 
     /// The swings of a trial that reached its end.
-    pub(crate) fn swings(&self) -> Option<Swings> {
+    pub fn swings(&self) -> Option<Swings> {
         let (all, ticks) = (self.seen.len(), self.ticks);
         // Force may rise for a third of the time.
         let steps = (ticks..all).step_by(ticks.max(1));
@@ -312,7 +314,7 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::swings::*;
 
     /// Speed of a mass on a wall after three taps: each swing is ρ times the one before less 2·F, a tap is 1 N, a period `ticks` long.
     fn tapped(ratio: f64, friction_n: f64, period: f64) -> Swings {

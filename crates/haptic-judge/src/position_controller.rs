@@ -9,8 +9,8 @@ use fracdiff::{FrequencyResponse as _, Order};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
 use haptic_analysis::{LoopOperator, NoiseGain};
 use haptic_document::Failure;
-use haptic_question::words::refused;
 use haptic_trial::ControllerFile;
+use haptic_trial::advice::refused;
 use std::fmt::Debug;
 use std::path::Path;
 
@@ -19,16 +19,21 @@ const WEIGHTS: u64 = 4096;
 
 /// A controller of a file, as the loop and its analysis have it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PositionController {
-    pub(crate) setup: ControllerSetup,
+pub struct PositionController {
+    /// The controller, its force without bounds of its own.
+    pub setup: ControllerSetup,
     /// P, of order 1.
-    pub(crate) operator: LoopOperator,
+    pub operator: LoopOperator,
     /// True if a position that stands drives its force on and on.
-    pub(crate) integrates: bool,
+    pub integrates: bool,
 }
 
 impl PositionController {
-    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+    /// The controller of a file.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or its controller is no feedback of a position.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
         let setup = ControllerSetup {
             output_low: None,
             output_high: None,
@@ -46,7 +51,10 @@ impl PositionController {
     }
 
     /// With all of its gain this many times as large.
-    pub(crate) fn scaled(&self, factor: f64) -> Result<ControllerSetup, ControlError> {
+    ///
+    /// # Errors
+    /// Gains beyond the largest number.
+    pub fn scaled(&self, factor: f64) -> Result<ControllerSetup, ControlError> {
         Ok(ControllerSetup {
             law: self.setup.law.scaled(factor)?,
             ..self.setup.clone()
@@ -54,7 +62,10 @@ impl PositionController {
     }
 
     /// Force per displacement that stands, N/m; of one that integrates after this time.
-    pub(crate) fn stiffness_n_per_m(&self, time_s: f64) -> Result<f64, Failure> {
+    ///
+    /// # Errors
+    /// A law that cannot be sampled.
+    pub fn stiffness_n_per_m(&self, time_s: f64) -> Result<f64, Failure> {
         if !self.integrates {
             return Ok(self.operator.response(0.0).re);
         }
@@ -64,7 +75,10 @@ impl PositionController {
     }
 
     /// Its noise for noise of the position; `None` if it integrates, since that has no end without the loop.
-    pub(crate) fn noise(&self) -> Result<Option<NoiseGain>, Failure> {
+    ///
+    /// # Errors
+    /// A law that cannot be sampled.
+    pub fn noise(&self) -> Result<Option<NoiseGain>, Failure> {
         if self.integrates {
             return Ok(None);
         }

@@ -29,19 +29,19 @@
 //!
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
-use crate::judge::swings::{Swings, Taps};
-use crate::run::ending::{AT_LIMIT, Ending, MotorPush};
-use crate::run::tap::TappedLaw;
+use crate::swings::{Swings, Taps};
 use haptic_document::named;
+use haptic_trial::ending::{AT_LIMIT, Ending, MotorPush};
+use haptic_trial::tap::TappedLaw;
 use serde::Serialize;
 
 /// Time for which the force may be at its limit, s, in any run: a share of it would allow a longer one more.
-pub(crate) const SATURATED_S: f64 = 0.05;
+pub const SATURATED_S: f64 = 0.05;
 
 /// By which rule a trial is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Criterion {
+pub enum Criterion {
     /// Position, force and the force limit.
     Settling,
     /// That of the dissertation's figure 4.3: a push from rest, and the standard deviation of the position against a threshold.
@@ -55,21 +55,22 @@ named! { Criterion:
 
 /// Everything about a wall that its tolerance depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Scales {
-    pub(crate) push_n: f64,
+pub struct TrialScales {
+    /// Push into the wall, N.
+    pub push_n: f64,
     /// Wall and hand together, N/m.
-    pub(crate) spring_n_per_m: f64,
+    pub spring_n_per_m: f64,
     /// K + B·T^(−μ), N/m: force of a step of the position.
-    pub(crate) step_n_per_m: f64,
+    pub step_n_per_m: f64,
     /// Encoder step, or what stands for noise, m.
-    pub(crate) encoder_step_m: f64,
+    pub encoder_step_m: f64,
     /// Standard deviation of the position that the dissertation's rule allows, m.
-    pub(crate) threshold_m: f64,
+    pub threshold_m: f64,
 }
 
 /// Largest variation of a wall at rest; `None` for any.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Tolerance {
+pub struct Tolerance {
     position_std_m: Option<f64>,
     force_std_n: Option<f64>,
     /// From the least to the largest force, N.
@@ -94,7 +95,8 @@ const FORCE_SHARE: f64 = 0.05;
 const FORCE_STEP_SHARE: f64 = 0.25;
 
 impl Tolerance {
-    pub(crate) fn new(criterion: Criterion, scales: Scales) -> Self {
+    /// The tolerance by this criterion.
+    pub fn new(criterion: Criterion, scales: TrialScales) -> Self {
         match criterion {
             Criterion::Dissertation => Self {
                 position_std_m: Some(scales.threshold_m),
@@ -117,27 +119,31 @@ impl Tolerance {
 }
 
 /// A device this far away has left, m: it will not come to rest.
-pub(crate) const GONE_M: f64 = 1.0;
+pub const GONE_M: f64 = 1.0;
 
 /// The outcome of a trial, from the best to the worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum TrialVerdict {
+pub enum TrialVerdict {
+    /// At rest.
     Stable,
     /// At rest, but perhaps only because friction holds the device: without friction it is not, or taps are too small beside friction to tell.
     HeldByFriction,
+    /// Not at rest.
     Unstable,
     /// The force was at its limit for too long: the limit was tried, not the wall.
     Saturated,
     /// No force was made at the end: nothing was tried.
     Untouched,
+    /// The device has left.
     Gone,
     /// A fault or an interruption ended the trial.
     Unfinished,
 }
 
 impl TrialVerdict {
-    pub(crate) const fn words(self) -> &'static str {
+    /// The outcome in words.
+    pub const fn words(self) -> &'static str {
         match self {
             Self::Stable => "stable",
             Self::HeldByFriction => "held by friction",
@@ -155,8 +161,10 @@ impl TrialVerdict {
 pub struct Settling {
     /// True if it is at rest, and not by friction alone.
     pub stable: bool,
-    pub(crate) verdict: TrialVerdict,
-    pub(crate) criterion: Criterion,
+    /// The outcome.
+    pub verdict: TrialVerdict,
+    /// The rule by which it is judged.
+    pub criterion: Criterion,
     /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
     pub impact_m_per_s: f64,
     /// Standard deviation of the position over the window, m; null if the device has left or the trial did
@@ -181,24 +189,24 @@ pub struct Settling {
     pub expected_deflection_m: Option<f64>,
     /// Decay of the swings after taps.
     #[serde(flatten)]
-    pub(crate) swings: Option<Swings>,
+    pub swings: Option<Swings>,
     /// Why friction alone may hold it, where no swing was judged.
     #[serde(skip)]
-    pub(crate) held_because: &'static str,
+    pub held_because: &'static str,
     /// Largest magnitude of the force, N.
     #[serde(skip)]
-    pub(crate) peak_force_n: f64,
+    pub peak_force_n: f64,
     /// Largest standard deviation of the force over the second half of all hits, N: over the window it scatters.
     #[serde(skip)]
-    pub(crate) noise_n: Option<f64>,
+    pub noise_n: Option<f64>,
     /// Largest force into the wall, N, and the position there, m.
     #[serde(skip)]
-    pub(crate) largest_pull: (f64, f64),
+    pub largest_pull: (f64, f64),
 }
 
 impl Settling {
     /// Changes the verdict to rest by friction, for this reason.
-    pub(crate) fn by_friction(self, why: &'static str) -> Self {
+    pub fn by_friction(self, why: &'static str) -> Self {
         Self {
             stable: false,
             verdict: TrialVerdict::HeldByFriction,
@@ -208,7 +216,7 @@ impl Settling {
     }
 
     /// Why it is not stable, in words; `None` if it is.
-    pub(crate) fn reason(&self) -> Option<String> {
+    pub fn reason(&self) -> Option<String> {
         match self.verdict {
             TrialVerdict::Stable => None,
             TrialVerdict::HeldByFriction => Some(match &self.swings {
@@ -288,7 +296,7 @@ impl Moments {
 
 /// Looks on while a device is tried.
 #[derive(Clone, Debug)]
-pub(crate) struct Judge {
+pub struct Judge {
     criterion: Criterion,
     impact_m_per_s: f64,
     tolerance: Tolerance,
@@ -320,7 +328,8 @@ pub(crate) struct Judge {
 }
 
 impl Judge {
-    pub(crate) fn new(
+    /// Judge of a trial that has not begun.
+    pub fn new(
         criterion: Criterion,
         impact_m_per_s: f64,
         tolerance: Tolerance,
@@ -352,23 +361,18 @@ impl Judge {
     }
 
     /// Judges the law that a motor pushes into: of the forces that it sees all but the push of the device's own motor.
-    pub(crate) fn behind(self, push: Option<MotorPush>) -> Self {
+    pub fn behind(self, push: Option<MotorPush>) -> Self {
         Self { push, ..self }
     }
 
     /// Takes note that a swing ended the run: the limit of the device may be below the one that was asked for.
-    pub(crate) const fn swung(&mut self) {
+    pub const fn swung(&mut self) {
         self.swung = true;
     }
 
     /// Judges the swings after the taps of a law, if there are some, and the rest over the end of the time after the last one. A step of the
     /// encoder, m, makes so much force through the law, N/m.
-    pub(crate) fn tapped(
-        self,
-        law: Option<&TappedLaw>,
-        encoder_step_m: f64,
-        step_n_per_m: f64,
-    ) -> Self {
+    pub fn tapped(self, law: Option<&TappedLaw>, encoder_step_m: f64, step_n_per_m: f64) -> Self {
         let Some(law) = law else {
             return self;
         };
@@ -392,7 +396,7 @@ impl Judge {
     }
 
     /// Judges a law that brings the device back to its start, however slowly: at rest it holds the push, less what a hand's spring does.
-    pub(crate) fn balancing(self, push_n: f64, hand_n_per_m: f64) -> Self {
+    pub fn balancing(self, push_n: f64, hand_n_per_m: f64) -> Self {
         Self {
             balanced: Some([push_n, hand_n_per_m]),
             ..self
@@ -412,7 +416,7 @@ impl Judge {
     }
 
     /// One sample; `false` if the device has left, or has swung while a motor pushed, so that nothing more can come of it.
-    pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
+    pub fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
         if force_n.abs() >= AT_LIMIT * self.force_limit_n {
             self.limited_s += time_s - self.last_s;
         }
@@ -442,7 +446,7 @@ impl Judge {
     }
 
     /// The judgement of a trial that reached its end, or did not.
-    pub(crate) fn settling(&self, whole: bool, expected_deflection_m: Option<f64>) -> Settling {
+    pub fn settling(&self, whole: bool, expected_deflection_m: Option<f64>) -> Settling {
         let seen = whole && !(self.gone || self.swung) && self.position.count > 0.0;
         let deviations = seen.then(|| (self.position.deviation(), self.force.deviation()));
         let range = self.force_ends_n.1 - self.force_ends_n.0;
@@ -499,10 +503,10 @@ impl Judge {
 mod tests {
     //! Motions that rest, buzz, slide or leave.
 
-    use super::*;
+    use crate::settling::*;
 
     /// 1 N into 100 kN/m through an encoder of 1 µm, 50 N/m of dissipation a step.
-    const STIFF: Scales = Scales {
+    const STIFF: TrialScales = TrialScales {
         push_n: 1.0,
         spring_n_per_m: 1e5,
         step_n_per_m: 5e4,
@@ -510,7 +514,7 @@ mod tests {
         threshold_m: 1e-4,
     };
 
-    fn judge(criterion: Criterion, scales: Scales) -> Judge {
+    fn judge(criterion: Criterion, scales: TrialScales) -> Judge {
         let tolerance = Tolerance::new(criterion, scales);
         Judge::new(criterion, 0.1, tolerance, 4.6, 2.5, 3.3)
     }
@@ -526,7 +530,7 @@ mod tests {
 
     fn judged(
         criterion: Criterion,
-        scales: Scales,
+        scales: TrialScales,
         motion: impl Fn(u32) -> (f64, f64),
     ) -> Settling {
         seen(judge(criterion, scales), motion)
@@ -548,17 +552,17 @@ mod tests {
     #[test]
     fn a_wall_rests_whose_position_and_force_vary_by_no_more_than_its_encoder_and_a_share_of_the_push()
      {
-        let encoder = |encoder_step_m| Scales {
+        let encoder = |encoder_step_m| TrialScales {
             encoder_step_m,
             ..STIFF
         };
         // 2 N into 650 kN/m of dissipation a step and 4 µm: 2.6 N a step, 0.5 N allowed.
-        let coarse = Scales {
+        let coarse = TrialScales {
             push_n: 2.0,
             step_n_per_m: 6.5e5,
             ..encoder(4e-6)
         };
-        let without_spring = Scales {
+        let without_spring = TrialScales {
             spring_n_per_m: 0.0,
             ..STIFF
         };
@@ -614,7 +618,7 @@ mod tests {
 
     #[test]
     fn a_law_that_integrates_is_at_rest_when_it_holds_the_push_beside_the_hand() {
-        let scales = Scales {
+        let scales = TrialScales {
             spring_n_per_m: 0.0,
             ..STIFF
         };

@@ -3,8 +3,8 @@
 //!
 //! `shape` is γ of a specimen, m: the force of a piece for a depth, N for m. With 1 it is the stress for a strain.
 
-use super::reference::{self, Reference};
-use crate::run::schedule::horizon;
+use crate::reference;
+use crate::reference::ReferenceWeights;
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::num_complex::Complex;
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
@@ -18,6 +18,7 @@ use haptic_loop::units::{Metres, Pascals};
 use haptic_loop::{DepthMap, Loading, LoadingKind, LoopParameterError, Specimen, Tissue};
 use haptic_quantity::digits;
 use haptic_tissue::{FullHistory, Material, Model, SampledModel};
+use haptic_trial::samples::horizon;
 use std::ops::Deref;
 
 /// A tissue of the library and the model of it: what is rendered, and its closed forms.
@@ -27,7 +28,7 @@ use std::ops::Deref;
 /// ```
 ///
 /// ```
-/// use haptic_experiment::ModelledTissue;
+/// use haptic_judge::modelled_tissue::ModelledTissue;
 /// use haptic_tissue::Library;
 ///
 /// let library = Library::load(None)?;
@@ -108,7 +109,7 @@ impl ModelledTissue {
     }
 
     /// E, Pa: the modulus at rest.
-    pub(crate) const fn rest_modulus_pa(&self) -> f64 {
+    pub const fn rest_modulus_pa(&self) -> f64 {
         self.rest_modulus_pa
     }
 
@@ -123,7 +124,7 @@ impl ModelledTissue {
     /// ```text
     /// |B'·(jω)^μ| = (A/ℓ)·|M(jω) − E|
     /// ```
-    pub(crate) fn dissipation_at(&self, shape: f64, order: Order, omega_rad_s: f64) -> f64 {
+    pub fn dissipation_at(&self, shape: f64, order: Order, omega_rad_s: f64) -> f64 {
         if let Some(model) = self.composed().filter(|_| self.order != order) {
             let s = Complex::new(0.0, omega_rad_s);
             let loss = (model.modulus(s) - self.rest_modulus_pa).norm();
@@ -134,7 +135,10 @@ impl ModelledTissue {
     }
 
     /// The operator that renders the tissue for `samples` samples.
-    pub(crate) fn operator<F: Real>(
+    ///
+    /// # Errors
+    /// An operator that the scheme cannot make.
+    pub fn operator<F: Real>(
         &self,
         scheme: Scheme,
         sample_time: Seconds,
@@ -150,10 +154,13 @@ impl ModelledTissue {
     }
 
     /// The force of a whole record of depths that begins at rest, by the defining sums.
-    pub(crate) fn full_history(
+    ///
+    /// # Errors
+    /// An order or a history that cannot be summed.
+    pub fn full_history(
         &self,
         shape: f64,
-        reference: Reference,
+        reference: ReferenceWeights,
         t: Seconds,
         depth: &[f64],
     ) -> Result<Vec<f64>, Failure> {
@@ -169,10 +176,13 @@ impl ModelledTissue {
     }
 
     /// The full history tick by tick.
-    pub(crate) fn sampled(
+    ///
+    /// # Errors
+    /// An operator or a model that cannot be sampled.
+    pub fn sampled(
         &self,
         shape: f64,
-        reference: Reference,
+        reference: ReferenceWeights,
         t: Seconds,
         samples: u64,
     ) -> Result<Sampled, Failure> {
@@ -202,7 +212,7 @@ impl Deref for ModelledTissue {
 /// ```
 #[derive(Clone, Debug)]
 pub struct TissuePiece {
-    /// Boxed, because a tissue is large and a [`super::preflight::Matter`] is moved about.
+    /// Boxed, because a tissue is large and a [`crate::preflight::Matter`] is moved about.
     pub material: Box<ModelledTissue>,
     /// Size and loading of the piece: they turn stress over strain into force over depth.
     pub specimen: Specimen,
@@ -252,12 +262,12 @@ impl TissuePiece {
     }
 
     /// e, from a depth, m, to m.
-    pub(crate) fn effective(&self) -> impl Fn(f64) -> f64 + use<> {
+    pub fn effective(&self) -> impl Fn(f64) -> f64 + use<> {
         effective(self.specimen.depth_map())
     }
 
     /// Sentences about ticks, s, and a depth, m, of a run that lie beyond the tissue's record.
-    pub(crate) fn leaves(&self, times_s: (f64, f64), depth_m: f64) -> Vec<String> {
+    pub fn leaves(&self, times_s: (f64, f64), depth_m: f64) -> Vec<String> {
         let mut sentences: Vec<String> = self.material.beyond(times_s).into_iter().collect();
         let strain = self.specimen.strain(Metres(depth_m));
         // The strain of a slab cannot be compared with that under a sphere.
@@ -282,7 +292,7 @@ impl TissuePiece {
     }
 
     /// Force under a depth that rises to δ₀ in T₀ and is then held, N, at rising times; zero up to 0.
-    pub(crate) fn relaxed(&self, depth_m: f64, ramp_time_s: f64, time_s: &[f64]) -> Vec<f64> {
+    pub fn relaxed(&self, depth_m: f64, ramp_time_s: f64, time_s: &[f64]) -> Vec<f64> {
         let shape = self.shape_m();
         let way = |time: f64| depth_m * (time / ramp_time_s).min(1.0);
         let model = &self.material.model;
@@ -306,7 +316,7 @@ impl TissuePiece {
     }
 
     /// [`relaxed`](Self::relaxed) of ticks that come one after the other, at times n·T after this lead, s.
-    pub(crate) fn relaxation(
+    pub fn relaxation(
         &self,
         depth_m: f64,
         ramp_time_s: f64,
@@ -324,7 +334,7 @@ impl TissuePiece {
     /// ```text
     /// e(δ(t)) = F₀·J(t)/γ
     /// ```
-    pub(crate) fn crept(&self, force_n: f64, time_s: &[f64]) -> Vec<f64> {
+    pub fn crept(&self, force_n: f64, time_s: &[f64]) -> Vec<f64> {
         let map = self.specimen.depth_map();
         let strains = creep(&self.material.model, force_n / self.shape_m(), time_s);
         let depth = |strain| map.map_or(strain, |map| map.depth(strain));
@@ -332,11 +342,7 @@ impl TissuePiece {
     }
 
     /// Depth under a step of force at successive ticks.
-    pub(crate) fn creep(
-        &self,
-        force_n: f64,
-        sample_time: Seconds,
-    ) -> impl FnMut(u64, f64) -> f64 + '_ {
+    pub fn creep(&self, force_n: f64, sample_time: Seconds) -> impl FnMut(u64, f64) -> f64 + '_ {
         by_ticks(sample_time, move |times| self.crept(force_n, times))
     }
 
@@ -348,7 +354,7 @@ impl TissuePiece {
 }
 
 /// e, from a depth, m, to m; δ itself without a map.
-pub(crate) fn effective(map: Option<DepthMap<f64>>) -> impl Fn(f64) -> f64 {
+pub fn effective(map: Option<DepthMap<f64>>) -> impl Fn(f64) -> f64 {
     move |depth_m| map.map_or(depth_m, |map| map.at(depth_m))
 }
 
@@ -373,7 +379,10 @@ pub fn operator<F: Real>(
 }
 
 /// The operator for the analysis.
-pub(crate) fn loop_operator(
+///
+/// # Errors
+/// An operator that the scheme cannot make.
+pub fn loop_operator(
     model: Option<&Model>,
     scheme: Scheme,
     order: Order,
@@ -422,14 +431,18 @@ fn design(
 
 /// A piece of tissue tick by tick with all of its past: f\[n\] = gain·x\[n\] + past.
 #[derive(Debug)]
-pub(crate) enum Sampled {
+pub enum Sampled {
+    /// Gain on the position, that on the derivative, and its operator.
     Derivative(f64, f64, Channel<f64, Operator<f64>>),
     /// The shape, and the sums of the elements.
     Sums(f64, Box<FullHistory>),
 }
 
 /// The memory of a model alone, tick by tick, in units of x·s^(−μ): what D^μ is in the force −(K·x + B·D^μ x).
-pub(crate) fn memory(
+///
+/// # Errors
+/// An operator or a model that cannot be sampled.
+pub fn memory(
     model: &Model,
     t: Seconds,
     samples: u64,
@@ -443,7 +456,7 @@ pub(crate) fn memory(
 
 impl Sampled {
     /// The factor of the newest depth.
-    pub(crate) fn gain(&self) -> f64 {
+    pub fn gain(&self) -> f64 {
         match self {
             Self::Derivative(k, b, channel) => k + b * channel.operator().direct_gain(),
             Self::Sums(shape, sums) => shape * sums.gain(),
@@ -451,7 +464,7 @@ impl Sampled {
     }
 
     /// The force at a depth; at 0 that of the past alone.
-    pub(crate) fn force(&self, depth: f64) -> f64 {
+    pub fn force(&self, depth: f64) -> f64 {
         match self {
             Self::Derivative(k, b, channel) => k * depth + b * channel.output(depth),
             Self::Sums(shape, sums) => shape * sums.stress(depth),
@@ -459,7 +472,7 @@ impl Sampled {
     }
 
     /// Takes the newest depth into the past.
-    pub(crate) fn advance(&mut self, depth: f64) {
+    pub fn advance(&mut self, depth: f64) {
         match self {
             Self::Derivative(_, _, channel) => channel.advance(depth),
             Self::Sums(_, sums) => sums.advance(depth),
@@ -520,8 +533,8 @@ fn creep(model: &Model, stress_pa: f64, time_s: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::judge::relative_error;
+    use crate::compared::relative_error;
+    use crate::modelled_tissue::*;
     use haptic_tissue::{ModelKind, Source};
     use std::path::Path;
 
@@ -565,7 +578,7 @@ mod tests {
     #[test]
     fn creep_agrees_with_50_digits() {
         // tests/golden/make_golden.py: E_α(−z). With E₀ = 1, η = 1/z, t = 1 the argument is −z.
-        let golden = include_str!("../../tests/golden/mittag_leffler.csv");
+        let golden = include_str!("../tests/golden/mittag_leffler.csv");
         for line in golden.lines().skip(1) {
             let cells: Vec<f64> = line
                 .split(',')

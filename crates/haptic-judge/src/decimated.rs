@@ -7,8 +7,8 @@
 //! Groups that grow with n are equally wide on a logarithmic axis of time, and narrower than a pixel
 //! on both a logarithmic and a linear one.
 
-use super::{Curves, Drawing};
-use crate::run::record::{Record, WHOLE_MOST, keeps_all};
+use crate::curves::{Curves, Drawing};
+use haptic_trial::samples::WHOLE_MOST;
 
 /// Groups are this share of the samples before them.
 const SHARE: u64 = 2000;
@@ -35,14 +35,10 @@ struct Point<const M: usize> {
 }
 
 impl<const M: usize> Decimated<M> {
-    /// Empty, for the samples of this record: those in memory are all kept.
-    pub(crate) fn of(record: &Record) -> Self {
-        Self::new(record.whole.as_ref().map_or(0, |_| WHOLE_MOST))
-    }
-
-    /// Empty, for a future run of this many samples: if a record would keep them all, so do the curves.
-    pub(crate) fn for_samples(samples: u64) -> Self {
-        Self::new(if keeps_all(samples) { WHOLE_MOST } else { 0 })
+    /// Empty, for a run whose samples are all kept in memory, or not: so many points are kept of the curves.
+    #[must_use]
+    pub fn kept(all: bool) -> Self {
+        Self::new(if all { WHOLE_MOST } else { 0 })
     }
 
     /// Empty; the first `dense` samples are all kept.
@@ -85,7 +81,7 @@ impl<const M: usize> Decimated<M> {
     }
 
     /// The curves under these names; one without a name is left out.
-    pub(crate) fn named(
+    pub fn named(
         self,
         names: [&'static str; M],
         origin: &'static str,
@@ -142,7 +138,7 @@ impl<const M: usize> Decimated<M> {
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "points are kept as they are")]
 mod tests {
-    use super::*;
+    use crate::decimated::*;
 
     fn thinned(samples: u64, dense: u64, curve: impl Fn(u64) -> f64) -> Decimated<1> {
         let mut thinned = Decimated::new(dense);

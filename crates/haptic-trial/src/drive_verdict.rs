@@ -6,11 +6,12 @@ use serde::Serialize;
 
 /// The certified verdict on one loop of a drive, and how far it is from the edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct LoopVerdict {
+pub struct LoopVerdict {
     /// No pole on or outside the unit circle, proved.
     pub stable: bool,
     /// Phase margin, rad; null if |L| is never 1, and of an unstable loop, which has no margins.
     pub phase_margin_rad: Option<f64>,
+    /// The highest frequency at which |L| is 1, rad/s; null if it never is.
     pub crossover_rad_s: Option<f64>,
     /// The least gain above 1 at which the loop is at the edge; null if none is.
     pub gain_margin: Option<f64>,
@@ -39,7 +40,7 @@ impl LoopVerdict {
 
 /// The verdict on a drive.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct DriveVerdict {
+pub struct DriveVerdict {
     /// Before contact; null where a force is the set point.
     pub free: Option<LoopVerdict>,
     /// In contact with the tissue; null on a device whose tissue is a chain of parts.
@@ -51,7 +52,7 @@ pub(crate) struct DriveVerdict {
 
 impl DriveVerdict {
     /// Its place in the metadata of a log.
-    pub(crate) const KEY: &str = "drive.preflight";
+    pub const KEY: &str = "drive.preflight";
 
     /// Both, with where each holds.
     fn loops(&self) -> impl Iterator<Item = (LoopVerdict, &'static str)> {
@@ -64,12 +65,15 @@ impl DriveVerdict {
     }
 
     /// True if both loops are stable.
-    pub(crate) fn stable(&self) -> bool {
+    pub fn stable(&self) -> bool {
         self.loops().all(|(looked_at, _)| looked_at.stable)
     }
 
     /// Refuses what is unstable, unless it is forced.
-    pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// Says which loop would be unstable, and which gain would not.
+    pub fn require_stable(&self, force: bool) -> Result<(), Failure> {
         let unstable = self.loops().find(|(looked_at, _)| !looked_at.stable);
         let Some((unstable, whether)) = unstable.filter(|_| !force) else {
             return Ok(());

@@ -16,19 +16,20 @@
 //!   rounded up to whole samples, since the device writes once a sample. The current lag of the motor likewise.
 //! - *Margin*: the factor on K and B together that takes the loop to the edge of stability.
 
-use crate::judge::modelled_tissue::{TissuePiece, loop_operator, memory, operator};
-use crate::judge::reference::{self, Reference, ReferenceSeries};
-use crate::run::advice::analysed;
-use crate::run::preflight::{EVERY_MOTION, NO_ENERGY, NOT_PROVED, PreflightVerdict};
-use crate::run::record::Before;
-use crate::run::samples::Samples;
-use crate::run::schedule::horizon;
+use crate::modelled_tissue::{TissuePiece, loop_operator, memory, operator};
+use crate::reference;
+use crate::reference::{ReferenceSeries, ReferenceWeights};
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, Dynamics, LoopOperator, SampledLoop, SampledWall};
-use haptic_document::Failure;
+use haptic_document::{Failure, Named};
 use haptic_loop::DepthMap;
 use haptic_tissue::Model;
+use haptic_trial::advice::analysed;
+use haptic_trial::preflight::{EVERY_MOTION, NO_ENERGY, NOT_PROVED, PreflightVerdict};
+use haptic_trial::samples::Before;
+use haptic_trial::samples::Samples;
+use haptic_trial::samples::horizon;
 use serde::Serialize;
 
 /// Touched matter: a piece of tissue, or K + B·D^μ.
@@ -49,7 +50,7 @@ pub enum Matter {
 
 impl Matter {
     /// The loop with an operator of this scheme, for `samples` samples.
-    pub(crate) fn run_by(&self, scheme: Scheme, t: Seconds, samples: u64) -> Preflight<'_> {
+    pub fn run_by(&self, scheme: Scheme, t: Seconds, samples: u64) -> Preflight<'_> {
         let (model, order, (stiffness_n_per_m, dissipation_n_s_mu_per_m)) = match self {
             Self::Tissue(piece) => {
                 let material = &piece.material;
@@ -80,7 +81,7 @@ impl Matter {
     }
 
     /// The map of depth of a piece that is not linear.
-    pub(crate) fn depth_map(&self) -> Option<DepthMap<f64>> {
+    pub fn depth_map(&self) -> Option<DepthMap<f64>> {
         match self {
             Self::Tissue(piece) => piece.specimen.depth_map(),
             Self::Wall { .. } => None,
@@ -88,7 +89,7 @@ impl Matter {
     }
 
     /// The depth that a step of force reaches in a time, m; 0 of a wall.
-    pub(crate) fn crept(&self, force_n: f64, time_s: f64) -> f64 {
+    pub fn crept(&self, force_n: f64, time_s: f64) -> f64 {
         match self {
             Self::Tissue(piece) => piece.crept(force_n, &[time_s])[0],
             Self::Wall { .. } => 0.0,
@@ -123,7 +124,7 @@ impl Matter {
     }
 
     /// The text of the file of a tissue.
-    pub(crate) fn file(&self) -> Option<String> {
+    pub fn file(&self) -> Option<String> {
         match self {
             Self::Tissue(piece) => Some(piece.material.to_toml()),
             Self::Wall { .. } => None,
@@ -143,9 +144,33 @@ pub enum WallContact {
     Signed,
 }
 
+impl Named for WallContact {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::OneSided,
+            "depth",
+            "The depth, zero outside: no force before contact, but no proof",
+        ),
+        (
+            Self::Signed,
+            "signed",
+            "The position, outside too: pushes before contact, but can be proved",
+        ),
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            // No choice of this key: without `one_sided` a wall pulls too.
+            Self::Linear => "linear",
+            Self::OneSided => "depth",
+            Self::Signed => "signed",
+        }
+    }
+}
+
 impl WallContact {
     /// Of a law that only pushes, or pulls too.
-    pub(crate) const fn of(one_sided: bool) -> Self {
+    pub const fn of(one_sided: bool) -> Self {
         if one_sided {
             Self::OneSided
         } else {
@@ -180,7 +205,7 @@ pub struct Preflight<'a> {
     /// Kind of contact.
     pub contact: WallContact,
     /// True if a guard keeps it from giving energy:
-    /// [`EnergyBounding`](crate::GuardChoice::EnergyBounding).
+    /// [`EnergyBounding`](haptic_trial::GuardChoice::EnergyBounding).
     pub guarded: bool,
 }
 
@@ -199,29 +224,43 @@ impl Preflight<'_> {
         }
     }
 
-    pub(crate) fn operator<F: Real>(&self) -> Result<Operator<F>, Failure> {
+    /// The operator that is rendered.
+    ///
+    /// # Errors
+    /// One that its scheme cannot make.
+    pub fn operator<F: Real>(&self) -> Result<Operator<F>, Failure> {
         let (t, horizon) = (Seconds(self.sample_time_s), horizon(self.samples));
         operator(self.model, self.scheme, self.order, t, horizon)
     }
 
-    pub(crate) fn loop_operator(&self) -> Result<LoopOperator, Failure> {
+    /// The operator as the analysis has it.
+    ///
+    /// # Errors
+    /// One that its scheme cannot make.
+    pub fn loop_operator(&self) -> Result<LoopOperator, Failure> {
         let (t, horizon) = (Seconds(self.sample_time_s), horizon(self.samples));
         loop_operator(self.model, self.scheme, self.order, t, horizon)
     }
 
     /// Input of the damper over a whole record: the memory of the model, or D^μ x.
-    pub(crate) fn felt(&self, x: &[f64]) -> Result<Vec<f64>, Failure> {
+    ///
+    /// # Errors
+    /// An operator that the scheme cannot make.
+    pub fn felt(&self, x: &[f64]) -> Result<Vec<f64>, Failure> {
         let t = Seconds(self.sample_time_s);
         match self.model {
             Some(model) => Ok((x.iter().copied())
                 .map(memory(model, t, x.len() as u64)?)
                 .collect()),
-            None => Reference::of(self.scheme).full_history(self.order, t, x),
+            None => ReferenceWeights::of(self.scheme).full_history(self.order, t, x),
         }
     }
 
     /// Input of the damper for the samples of a run.
-    pub(crate) fn felt_of(
+    ///
+    /// # Errors
+    /// An operator that the scheme cannot make.
+    pub fn felt_of(
         &self,
         samples: Samples<'_>,
         before: Before<'_>,
@@ -238,7 +277,7 @@ impl Preflight<'_> {
                         Box::new(move |_, x| step(x))
                     }
                     None => {
-                        let kernel = Reference::of(self.scheme);
+                        let kernel = ReferenceWeights::of(self.scheme);
                         let mut channel = reference::operator(kernel, self.order, t, planned)?;
                         Box::new(move |_, x| channel.step(x))
                     }
@@ -259,11 +298,10 @@ impl Preflight<'_> {
     }
 
     /// Checks the loop and proves results for every motion, which takes longer than all the rest.
-    pub(crate) fn proved(
-        &self,
-        dynamics: Dynamics,
-        line: usize,
-    ) -> Result<PreflightVerdict, Failure> {
+    ///
+    /// # Errors
+    /// A loop that the analysis cannot judge.
+    pub fn proved(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         self.looked_at(dynamics, line, true)
     }
 
@@ -349,7 +387,10 @@ impl Preflight<'_> {
 
 /// The largest factor below 1 known to be stable, to three digits and rounded down; `None` if a millionth is
 /// not.
-pub(crate) fn softer(
+///
+/// # Errors
+/// Those of the question.
+pub fn softer(
     stable: impl Fn(f64) -> Result<bool, AnalysisError>,
 ) -> Result<Option<f64>, AnalysisError> {
     let (mut good, mut bad) = (0.5, 1.0);
@@ -375,8 +416,8 @@ pub(crate) fn softer(
 mod tests {
     //! Margins against closed forms, and what is said of a loop.
 
-    use super::*;
-    use crate::run::preflight::{delay_samples, note_findings};
+    use crate::preflight::*;
+    use haptic_trial::preflight::{delay_samples, note_findings};
     use std::collections::BTreeMap;
 
     /// The dissertation's device.

@@ -1,6 +1,11 @@
 //! Remedies for numbers that a library refuses, and a check for numbers that no device can hold.
 
+use crate::safety::keys::{
+    DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
+    WORKSPACE_HIGH, WORKSPACE_LOW,
+};
 use fracdiff::parameter::Shown;
+use fractional_control::ControlError;
 use haptic_analysis::AnalysisError;
 use haptic_document::Failure;
 use haptic_document::parameters::{
@@ -8,11 +13,7 @@ use haptic_document::parameters::{
     HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
 };
 use haptic_loop::LoopParameterError;
-use haptic_quantity::label;
-use haptic_trial::safety::keys::{
-    DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
-    WORKSPACE_HIGH, WORKSPACE_LOW,
-};
+use haptic_quantity::{Key, digits, label, written};
 
 /// Parameters that the libraries call by their label, as those of the safety chain.
 const BY_LABEL: [Parameter; 7] = [
@@ -58,7 +59,7 @@ fn change(what: &str) -> Option<String> {
 }
 
 /// A parameter that the loop refuses, with the keys to change.
-pub(crate) fn parameter(error: LoopParameterError) -> Failure {
+pub fn parameter(error: LoopParameterError) -> Failure {
     if let LoopParameterError::Range(range) = &error
         && let Some(advice) = change(range.what)
     {
@@ -81,7 +82,10 @@ pub fn analysed(error: AnalysisError) -> Failure {
 }
 
 /// Refuses a number outside the range of its parameter.
-pub(crate) fn check(parameter: &Parameter, value: f64) -> Result<(), Failure> {
+///
+/// # Errors
+/// With value, range and the parameter to change.
+pub fn check(parameter: &Parameter, value: f64) -> Result<(), Failure> {
     let range = parameter.range();
     if range.contains(value) {
         return Ok(());
@@ -108,9 +112,70 @@ pub fn single(name: &str, value: f64) -> Result<f32, Failure> {
     }
 }
 
+/// Wishes of the tuning: the crossover, rad/s, and the phase margin, rad.
+pub const CROSSOVER: Key = Key("crossover_rad_s");
+const PHASE_MARGIN: Key = Key("phase_margin_rad");
+
+/// The text of an error with angles in degrees, and what to change.
+#[must_use]
+pub fn in_degrees(error: &ControlError) -> String {
+    if let ControlError::Contradiction {
+        first,
+        first_value,
+        second,
+        second_value,
+        remedy,
+    } = *error
+    {
+        let [a, b] = [(first, first_value), (second, second_value)]
+            .map(|(key, value)| format!("{} {}", Key(key), with_unit(key, value)));
+        return format!("{a} contradicts {b}: {remedy}");
+    }
+    let ControlError::Range(range) = *error else {
+        return error.to_string();
+    };
+    match (range.what, range.unit) {
+        ("phase margin", _) => format!(
+            "phase margin {} is not above 0 and below 180°: give {PHASE_MARGIN}, as in 60deg",
+            with_unit(PHASE_MARGIN.0, range.value)
+        ),
+        ("crossover", _) => format!("{range}: give {CROSSOVER}"),
+        ("delay", _) => format!("{range}: give a smaller {DELAY}"),
+        ("dead time", "samples") => {
+            format!("{range}: lengthen {SAMPLE_TIME}, or shorten the dead time")
+        }
+        ("samples of the record", _) => {
+            format!("{range}: record for longer, or ask for a function of fewer terms")
+        }
+        _ => range.to_string(),
+    }
+}
+
+/// A refusal of the library: bad input, or a search that ended with nothing.
+#[must_use]
+pub fn refused(error: ControlError) -> Failure {
+    let text = in_degrees(&error);
+    if matches!(error, ControlError::NotFound { .. }) {
+        Failure::run(text)
+    } else {
+        Failure::bad_input(text)
+    }
+}
+
+/// The value of a wish with its unit, an angle in degrees.
+pub fn with_unit(key: &str, value: f64) -> String {
+    if key == PHASE_MARGIN.0 {
+        format!("{}°", digits(value.to_degrees(), 4))
+    } else {
+        written(key, value)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::advice::*;
+    use fractional_control::Plant;
+    use fractional_control::tuning::{Specification, tune};
     use haptic_loop::units::{Newtons, Seconds};
     use haptic_loop::{SafetyChain, SafetyLimits};
 
@@ -149,5 +214,24 @@ mod tests {
         for value in [0.0, 1e-40, -3e38] {
             assert!(single("stiffness", value).is_ok(), "{value}");
         }
+    }
+
+    #[test]
+    fn wishes_are_said_in_degrees() {
+        let plant: Plant = "1/(s+1)".parse().expect("valid");
+        let refusal = |wishes: Specification| in_degrees(&tune(&plant, None, &wishes).unwrap_err());
+        let wide = Specification::new(1.0, 200_f64.to_radians());
+        assert_eq!(
+            refusal(wide),
+            "phase margin 200° is not above 0 and below 180°: give `phase_margin_rad`, as in 60deg"
+        );
+        let peak = Specification {
+            sensitivity_peak: Some(0.9),
+            ..Specification::new(1.0, 60_f64.to_radians())
+        };
+        assert_eq!(
+            refusal(peak),
+            "`sensitivity_peak` 0.9 contradicts `phase_margin_rad` 60°: allow at least 1/(2 sin(margin/2))"
+        );
     }
 }

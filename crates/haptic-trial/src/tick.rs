@@ -7,9 +7,12 @@ use haptic_message::flaw::{IMPOSSIBLE, LATE_FORCE};
 use haptic_message::{PerAxis, TickMessage};
 use nalgebra::SVector;
 
+/// A tick as a run keeps it, in memory and for its judges.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct KeptSample {
+pub struct KeptSample {
+    /// Number of the tick.
     pub tick: u64,
+    /// Time on the clock of the device, s.
     pub time_s: f64,
     /// Position of the renderer as the loop read it, m.
     pub position_m: f64,
@@ -24,23 +27,25 @@ pub(crate) struct KeptSample {
     pub contact_force_n: f64,
     /// Force at the sensor of the device, N; `None` without one, and until its offset is known.
     pub sensed_force_n: Option<f64>,
+    /// Limiters that acted, as bits.
     pub limiters: u8,
 }
 
 impl KeptSample {
     /// True of a sample that says something of the law: no limiter acted in it, the ramp of the start neither. Others are counted, and
     /// compared with nothing.
-    pub(crate) const fn is_comparable(&self) -> bool {
+    pub const fn is_comparable(&self) -> bool {
         self.limiters == 0
     }
 
     /// Force that is opposed to an indentation, N: the negative of what is commanded.
-    pub(crate) fn reaction_n(&self) -> f64 {
+    pub fn reaction_n(&self) -> f64 {
         // Not a negation, which would make −0 of 0.
         0.0 - self.force_n
     }
 
-    pub(crate) fn of(message: &TickMessage) -> Self {
+    /// The part of a message that is kept: the first axis.
+    pub fn of(message: &TickMessage) -> Self {
         Self {
             tick: message.tick,
             time_s: message.time_s,
@@ -58,14 +63,15 @@ impl KeptSample {
 
 /// The force by which a tick is judged: the one commanded in answer to its position, unless the device made another because its own chain
 /// limited, or because it had none of the newest answers. A log of forces that no device made would be judged as if it had.
-pub(crate) const fn judged_force_n(tick: &TickMessage) -> PerAxis {
+pub const fn judged_force_n(tick: &TickMessage) -> PerAxis {
     match (tick.limiters, tick.flaws & (LATE_FORCE | IMPOSSIBLE)) {
         (0, 0) => tick.commanded_force_n,
         _ => tick.applied_force_n,
     }
 }
 
-pub(crate) fn per_axis<F: Real, const D: usize>(vector: &SVector<F, D>) -> PerAxis {
+/// The numbers of a vector.
+pub fn per_axis<F: Real, const D: usize>(vector: &SVector<F, D>) -> PerAxis {
     PerAxis::new(vector.map(F::to_f64).as_slice())
 }
 
@@ -92,7 +98,7 @@ pub fn by_device(message: TickMessage, sample: &haptic_link::Sample, time_s: f64
 }
 
 /// Force at the sensors of a device; `None` without one for each axis.
-pub(crate) fn sensed_by_device(sample: &haptic_link::Sample) -> Option<PerAxis> {
+pub fn sensed_by_device(sample: &haptic_link::Sample) -> Option<PerAxis> {
     let forces = &sample.sensed_force_n;
     let senses = sample.is_even() && !forces.is_empty();
     senses.then(|| forces.iter().map(|&force_n| force_n.into()).collect())
@@ -120,12 +126,14 @@ pub fn by_loop<F: Real, const D: usize>(
 }
 
 /// Record of a tick, as logged and as judged.
-pub(crate) trait TickRecord: Copy {
+pub trait TickRecord: Copy {
+    /// The tick for the log.
     fn logged(&self) -> &TickMessage;
 
     /// The logged record, for the loop to fill in its part.
     fn logged_mut(&mut self) -> &mut TickMessage;
 
+    /// The tick for the judges.
     fn kept(&self) -> KeptSample;
 }
 

@@ -9,7 +9,8 @@ use haptic_remote::{Impossible, LinkError};
 
 /// Why a run ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Ending {
+pub enum Ending {
+    /// Somebody asked for it.
     Interrupted,
     /// The safety chain latched a fault.
     Fault(Fault),
@@ -35,7 +36,7 @@ pub(crate) enum Ending {
 
 /// Push of a motor into a law, N. The first swing of the law ends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum MotorPush {
+pub enum MotorPush {
     /// Of the motor that renders the law: part of its force.
     Own(f64),
     /// Of that of a second device.
@@ -44,7 +45,7 @@ pub(crate) enum MotorPush {
 
 impl MotorPush {
     /// Share of the force of the device that renders the law, N.
-    pub(crate) const fn own_n(self) -> f64 {
+    pub const fn own_n(self) -> f64 {
         match self {
             Self::Own(push_n) => push_n,
             Self::Second(_) => 0.0,
@@ -53,7 +54,7 @@ impl MotorPush {
 
     /// True of a force that is a swing, N, within this limit: a law that holds a push makes at most twice that push on the way to rest, and
     /// never pulls. After a tap the limit alone tells.
-    pub(crate) fn swings(self, force_n: f64, limit_n: f64, tapped: bool) -> bool {
+    pub fn swings(self, force_n: f64, limit_n: f64, tapped: bool) -> bool {
         let (Self::Own(push_n) | Self::Second(push_n)) = self;
         let law_n = force_n - self.own_n();
         let beyond = law_n < -SWING_SHARE * push_n || law_n > push_n;
@@ -62,21 +63,21 @@ impl MotorPush {
 }
 
 /// Share of the force limit that counts as the limit: single precision on a device rounds it.
-pub(crate) const AT_LIMIT: f64 = 1.0 - 1e-6;
+pub const AT_LIMIT: f64 = 1.0 - 1e-6;
 
 /// Pushes of the law's force that are a swing.
-pub(crate) const SWING_SHARE: f64 = 3.0;
+pub const SWING_SHARE: f64 = 3.0;
 
 /// The one that takes the force away from a device that hears nothing more.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Keeper {
+pub struct ForceKeeper {
     /// This program itself, which serves it.
     pub served: bool,
     /// A watchdog of the device.
     pub alone: bool,
 }
 
-impl Default for Keeper {
+impl Default for ForceKeeper {
     fn default() -> Self {
         Self {
             served: false,
@@ -87,7 +88,7 @@ impl Default for Keeper {
 
 /// Release of the force in a run that ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum LetGo {
+pub enum LetGo {
     /// It fell to zero over several samples: at the limit of its rate, within the stop time, or braking.
     Ramped {
         /// Time of the last sample with a force, s.
@@ -97,6 +98,7 @@ pub(crate) enum LetGo {
     InOneSample,
     /// It was zero in the next sample that there is, after others that are missing.
     AfterGap {
+        /// Time of the first sample without a force, s.
         zero_s: f64,
         /// The device has a watchdog of its own.
         alone: bool,
@@ -126,7 +128,7 @@ pub(crate) enum LetGo {
 
 /// The force in the samples after the last one that counts.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Fall {
+pub struct Fall {
     /// Number of samples with a force.
     acting: u64,
     /// Time of the last of them, s.
@@ -139,17 +141,19 @@ pub(crate) struct Fall {
 }
 
 impl Fall {
-    pub(crate) fn before(&mut self, tick: u64, force_n: f64) {
+    /// Takes a sample that counts.
+    pub fn before(&mut self, tick: u64, force_n: f64) {
         self.seen = true;
         self.last_acting = (force_n != 0.0).then_some(tick);
     }
 
     /// True if the newest has no force.
-    pub(crate) const fn has_fallen(&self) -> bool {
+    pub const fn has_fallen(&self) -> bool {
         self.last_acting.is_none()
     }
 
-    pub(crate) fn after(&mut self, tick: u64, time_s: f64, force_n: f64) {
+    /// Takes a sample behind those that count.
+    pub fn after(&mut self, tick: u64, time_s: f64, force_n: f64) {
         self.seen = true;
         if force_n != 0.0 {
             self.acting += 1;
@@ -165,7 +169,7 @@ impl Fall {
 
 impl LetGo {
     /// Of a run that ended for this reason, on a device with this keeper.
-    pub(crate) fn of(ended: Ending, fall: Fall, keeper: Keeper) -> Self {
+    pub fn of(ended: Ending, fall: Fall, keeper: ForceKeeper) -> Self {
         match (ended, fall.zero_after_gap_s) {
             (
                 Ending::Untared
@@ -199,7 +203,7 @@ impl LetGo {
     }
 
     /// As `of`, for a run whose device did not receive the stop.
-    pub(crate) fn unheard(ended: Ending, fall: Fall, keeper: Keeper) -> Self {
+    pub fn unheard(ended: Ending, fall: Fall, keeper: ForceKeeper) -> Self {
         match fall.acting {
             0 => Self::of(ended, fall, keeper),
             _ => Self::PushedOn {
@@ -210,7 +214,8 @@ impl LetGo {
         }
     }
 
-    pub(crate) fn words(self) -> String {
+    /// The release as the end of a sentence.
+    pub fn words(self) -> String {
         let at = |time_s| written("time_s", time_s);
         match self {
             Self::Ramped { until_s } => format!("the force ramped to zero until {}", at(until_s)),
@@ -244,7 +249,7 @@ const HELD: &str = "its driver may still push: switch it off";
 
 impl Ending {
     /// True if a fault ended the run.
-    pub(crate) const fn is_fault(self) -> bool {
+    pub const fn is_fault(self) -> bool {
         matches!(
             self,
             Self::Fault(_) | Self::DeviceFault(_) | Self::Impossible(_)
@@ -252,7 +257,7 @@ impl Ending {
     }
 
     /// The fault that ended it, as on the wire.
-    pub(crate) const fn fault_code(self) -> Option<u8> {
+    pub const fn fault_code(self) -> Option<u8> {
         match self {
             Self::Fault(fault) => Some(fault.code()),
             Self::DeviceFault(report) => Some(report.status.fault),
@@ -266,7 +271,7 @@ impl Ending {
     }
 
     /// The kind of its event in a log.
-    pub(crate) const fn kind(self) -> &'static str {
+    pub const fn kind(self) -> &'static str {
         match self {
             Self::Fault(_) | Self::DeviceFault(_) | Self::Impossible(_) => "fault",
             Self::Interrupted => "interrupted",
@@ -279,7 +284,7 @@ impl Ending {
     }
 
     /// In words; of a device for which this host was too late, with what it may be allowed.
-    pub(crate) fn reason(self, lateness: Option<Lateness>) -> String {
+    pub fn reason(self, lateness: Option<Lateness>) -> String {
         match self {
             Self::Interrupted => "interrupted".to_owned(),
             Self::Fault(fault) => format!("fault: {fault}"),
@@ -311,7 +316,7 @@ const LONGER: u16 = 5;
 
 /// Lateness that a device allows its host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Lateness {
+pub struct Lateness {
     /// Silence after which the device lets go, ms.
     pub watchdog_ms: u16,
     /// Ticks from a sample to the force that answers it at most, in a loop on the host.
@@ -320,7 +325,7 @@ pub(crate) struct Lateness {
 
 impl Lateness {
     /// Five times as much, as far as can be; never less.
-    pub(crate) fn longer(self) -> Self {
+    pub fn longer(self) -> Self {
         let times = |value: u16, most: u16| value.saturating_mul(LONGER).min(most).max(value);
         Self {
             watchdog_ms: times(self.watchdog_ms, Limits::WATCHDOG_MAX_MS),
@@ -328,12 +333,13 @@ impl Lateness {
         }
     }
 
-    pub(crate) fn watchdog_s(self) -> f64 {
+    /// Silence after which the device lets go, s.
+    pub fn watchdog_s(self) -> f64 {
         f64::from(self.watchdog_ms) / 1e3
     }
 
     /// Remedy for a fault caused by lateness, to follow the words of the fault; `None` for another fault.
-    pub(crate) fn advice(self, fault: Fault) -> Option<String> {
+    pub fn advice(self, fault: Fault) -> Option<String> {
         let longer = self.longer();
         let (is_most, most, more) = if fault == Fault::HostSilent {
             (
@@ -359,10 +365,10 @@ impl Lateness {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
+mod tests {
+    use crate::ending::*;
 
-    pub(crate) fn reported(fault: Fault) -> FaultReport {
+    fn reported(fault: Fault) -> FaultReport {
         let status = haptic_link::Status {
             state: haptic_link::State::Fault,
             fault: fault.code(),
@@ -376,11 +382,11 @@ pub(crate) mod tests {
         }
     }
 
-    const fn keeper(served: bool, alone: bool) -> Keeper {
-        Keeper { served, alone }
+    const fn keeper(served: bool, alone: bool) -> ForceKeeper {
+        ForceKeeper { served, alone }
     }
 
-    const KEEPERS: [Keeper; 4] = [
+    const KEEPERS: [ForceKeeper; 4] = [
         keeper(true, false),
         keeper(true, true),
         keeper(false, true),

@@ -1,0 +1,15 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+#![warn(unreachable_pub)]
+
+pub mod compared;
+pub mod curves;
+pub mod decimated;
+pub mod felt;
+pub mod modelled_tissue;
+pub mod position_controller;
+pub mod preflight;
+pub mod reference;
+pub mod sensed;
+pub mod settling;
+pub mod swings;
