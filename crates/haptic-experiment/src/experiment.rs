@@ -15,6 +15,7 @@ pub(crate) mod trial;
 pub(crate) mod wall;
 
 use haptic_document::parameters::{KeyTable, ON_DEVICE};
+use haptic_trial::keys;
 use haptic_trial::safety::keys::SAFETY;
 use kind::{Companion, Kind};
 pub use teleoperation::{End, FarReport, Terms};
@@ -22,11 +23,11 @@ pub use teleoperation::{End, FarReport, Terms};
 const RELAXATION: KeyTable = ("relaxation", rendering::RELAX);
 const CREEP: KeyTable = ("creep", rendering::CREEP);
 const RENDERING: KeyTable = ("rendering", rendering::RENDERING);
-const WALL_REQUIRED: KeyTable = ("required", wall::WALL_REQUIRED);
-const WALL: KeyTable = ("wall", wall::WALL);
+const WALL_REQUIRED: KeyTable = ("required", keys::wall::WALL_REQUIRED);
+const WALL: KeyTable = ("wall", keys::wall::WALL);
 const COUPLER_REQUIRED: KeyTable = ("required", coupler::COUPLER_REQUIRED);
 const COUPLER: KeyTable = ("coupler", coupler::COUPLER);
-const TELEOPERATION: KeyTable = ("teleoperation", teleoperation::TELEOPERATION);
+const TELEOPERATION: KeyTable = ("teleoperation", keys::teleoperation::TELEOPERATION);
 const TOUCH: KeyTable = ("touch", touch::TOUCH);
 const PRESS: KeyTable = ("press", press::PRESS);
 const DEVICE: KeyTable = ("device", ON_DEVICE);
@@ -88,11 +89,11 @@ pub(crate) const HEADINGS: &[KeyTable] = &[
         "[drive], beside [relax], [creep], [press], [wall] or [coupler]",
         drive::DRIVE,
     ),
-    ("[wall], required", wall::WALL_REQUIRED),
-    ("[wall]", wall::WALL),
+    ("[wall], required", keys::wall::WALL_REQUIRED),
+    ("[wall]", keys::wall::WALL),
     ("[coupler], required", coupler::COUPLER_REQUIRED),
     ("[coupler]", coupler::COUPLER),
-    ("[teleoperation]", teleoperation::TELEOPERATION),
+    ("[teleoperation]", keys::teleoperation::TELEOPERATION),
     ("[touch]", touch::TOUCH),
     ("[press]", press::PRESS),
     ("Every table but [teleoperation], the device", ON_DEVICE),

@@ -21,7 +21,6 @@ use crate::experiment;
 use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::{Experiment, Watched};
 use crate::experiment::press::{Press, PressRecord};
-use crate::experiment::reading::{device_text, piece, with_devices};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::{Published, Report};
 use crate::run::Supervisor;
@@ -32,8 +31,10 @@ use haptic_document::parameters::{
 };
 use haptic_document::{Document, Failure, FileError, IN_LOG, Table, choice, parameters as p};
 use haptic_judge::modelled_tissue::TissuePiece;
+use haptic_judge::tissue_table::piece;
 use haptic_log::record::add_verdict;
 use haptic_message::TickMessage;
+use haptic_trial::device_table::{device_text, with_devices};
 use haptic_trial::tick::KeptSample;
 use parameters::{AT_A_DEVICE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device};
 use std::any::Any;

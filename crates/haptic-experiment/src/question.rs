@@ -8,7 +8,6 @@ mod machine_check;
 pub(crate) mod measurement;
 pub(crate) mod zwidth;
 
-use crate::experiment::reading::with_devices;
 use crate::run::device::Warn;
 use crate::run::folder::OutputFolder;
 pub use analysis::Analysed;
@@ -23,6 +22,7 @@ pub use design::{Candidate, DesignReport};
 use design::{Design, WishName};
 use haptic_document::parameters::{ON_DEVICE, Parameter};
 use haptic_document::{Document, Failure};
+use haptic_trial::device_table::with_devices;
 pub use machine_check::RtCheck;
 pub use measurement::{MeasureReport, Measurement};
 use serde::Serialize;

@@ -13,3 +13,4 @@ pub mod reference;
 pub mod sensed;
 pub mod settling;
 pub mod swings;
+pub mod tissue_table;

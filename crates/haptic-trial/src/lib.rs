@@ -4,9 +4,11 @@
 
 pub mod advice;
 pub mod controller_file;
+pub mod device_table;
 pub mod drive_verdict;
 pub mod ending;
 pub mod flat;
+pub mod keys;
 pub mod plant_file;
 pub mod preflight;
 pub mod safety;

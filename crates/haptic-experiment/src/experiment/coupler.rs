@@ -25,10 +25,8 @@
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
 
 use super::kind::Experiment as _;
-use super::reading::scheme;
 use super::trial::{
-    OfSample, OffN, Parts, TRIAL, TRIAL_LOOP, Trial, TrialSetup, encoder_step, incomparable,
-    limited, setup, six_digits,
+    OfSample, OffN, Parts, Trial, TrialSetup, incomparable, limited, setup, six_digits,
 };
 use crate::run::Ran;
 use crate::run::remote::{RemoteDevice, RemoteLaw};
@@ -44,6 +42,7 @@ use haptic_judge::preflight::softer;
 use haptic_judge::reference::ReferenceWeights;
 use haptic_judge::reference::{ReferenceSeries, operator};
 use haptic_judge::settling::Settling;
+use haptic_judge::tissue_table::scheme;
 use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{
@@ -51,6 +50,8 @@ use haptic_loop::{
 };
 use haptic_trial::GuardChoice;
 use haptic_trial::advice::analysed;
+use haptic_trial::device_table::encoder_step;
+use haptic_trial::keys::trial::{TRIAL, TRIAL_LOOP};
 use haptic_trial::preflight::{CouplerVerdict, PreflightVerdict};
 use haptic_trial::samples::horizon;
 use nalgebra::Vector1;

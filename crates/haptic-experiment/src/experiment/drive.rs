@@ -13,7 +13,6 @@ mod second;
 #[cfg(test)]
 mod tests;
 
-use crate::experiment::reading::{device_model_by, without};
 use crate::run::device::DeviceName;
 use crate::run::remote::RemoteDevice;
 use fracdiff::parameter::Shown;
@@ -37,6 +36,7 @@ use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 use haptic_message::TickMessage;
 use haptic_quantity::written;
 use haptic_trial::advice::single;
+use haptic_trial::device_table::{device_model_by, without};
 use haptic_trial::simulate::Instrumented;
 use haptic_trial::{ControllerFile, DeviceModel};
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};

@@ -15,10 +15,7 @@ mod report;
 mod tests;
 
 use super::kind::{Conduct, Experiment, Watched};
-use super::reading::{
-    device_model, fits, force_sensor, metadata, piece, remote, samples_fit, scheme, sensors,
-    without,
-};
+use super::reading::{metadata, remote};
 use super::rendering::{
     CHANGES, CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER,
     PIECE_STIFFNESS, PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING, RIG_MASS,
@@ -44,6 +41,7 @@ use haptic_document::parameters::{
 use haptic_document::{Failure, FileError, Named as _, Table, parameters as p};
 use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use haptic_judge::preflight::{Preflight, WallContact};
+use haptic_judge::tissue_table::{fits, piece, scheme};
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
     FacingConfig, ForceSensorConfig, HeldRig, IndentationRig, MassDamperConfig, RampHold,
@@ -56,6 +54,7 @@ use haptic_loop::{
 use haptic_tissue::{Library, MaterialError};
 use haptic_trial::Sensors;
 use haptic_trial::advice::parameter;
+use haptic_trial::device_table::{device_model, force_sensor, samples_fit, sensors, without};
 use haptic_trial::drive_verdict::DriveVerdict;
 use haptic_trial::preflight::{Findings, note_findings};
 use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};

@@ -19,8 +19,8 @@ mod tests;
 
 use super::drive::{self, Drive, HostDrive, PressPath, Section};
 use super::kind::{Conduct, Experiment, Watched};
-use super::reading::{device, fits, force_sensor, metadata, piece, remote, samples_fit, without};
-use super::trial::{dynamics, force_and_rate, no_law_there, safe_chain};
+use super::reading::{metadata, remote};
+use super::trial::{force_and_rate, no_law_there, safe_chain};
 use crate::experiment::rendering::DEPTH;
 use crate::judge::{Published, Report};
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank};
@@ -40,6 +40,7 @@ use haptic_document::parameters::{
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table, named, parameters, parameters as p};
 use haptic_judge::modelled_tissue::TissuePiece;
+use haptic_judge::tissue_table::{fits, piece};
 use haptic_link::LoopMode;
 use haptic_loop::plant::{
     ForceSensorConfig, MassDamperConfig, PressedDevice, PressedSpecimen, RampHold, Sensed,
@@ -49,6 +50,8 @@ use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
 use haptic_trial::Sensors;
 use haptic_trial::advice::parameter;
+use haptic_trial::device_table::dynamics;
+use haptic_trial::device_table::{device, force_sensor, samples_fit, without};
 use haptic_trial::drive_verdict::DriveVerdict;
 use haptic_trial::preflight::{Findings, note_findings};
 use haptic_trial::safety::{Safety, safety};

@@ -16,8 +16,8 @@ mod running;
 mod shape;
 
 use super::kind::{Conduct, Experiment as _};
-use super::reading::{force_sensor, piece, remote, samples_fit, scheme, sensors, without};
-use super::trial::{TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, safe_chain};
+use super::reading::remote;
+use super::trial::{force_and_rate, safe_chain};
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
@@ -32,10 +32,14 @@ use haptic_document::parameters::{
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table, parameters};
 use haptic_judge::preflight::{Matter, Preflight, WallContact};
+use haptic_judge::tissue_table::{piece, scheme};
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limit, SafetyChain, SafetyLimits};
 use haptic_trial::Sensors;
+use haptic_trial::device_table::dynamics;
+use haptic_trial::device_table::{force_sensor, samples_fit, sensors, without};
+use haptic_trial::keys::trial::TRIAL_FORCE_RATE_LIMIT;
 use haptic_trial::safety::keys::WORKSPACE_LOW;
 use haptic_trial::safety::{GuardChoice, Safety, safety, workspace};
 use haptic_trial::samples::WHOLE_MOST;

@@ -9,17 +9,11 @@ mod second;
 mod setup;
 
 use super::kind::Conduct;
-use super::reading::without;
 use crate::run::remote::{RemoteLaw, held};
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Real, Scheme, Seconds};
-use haptic_analysis::Dynamics;
-use haptic_document::parameters::Parameter;
-use haptic_document::parameters::range::{
-    DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
-};
-use haptic_document::parameters::{PUSH_BY, SCHEME, TRIAL_DURATION};
-use haptic_document::{Failure, FileError, Named, Table, parameters};
+use haptic_document::parameters::{PUSH_BY, TRIAL_DURATION};
+use haptic_document::{Failure, FileError, Named, Table};
 use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::{Criterion, Judge, Settling, Tolerance, TrialScales};
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
@@ -30,7 +24,11 @@ use haptic_loop::{
 };
 use haptic_trial::Sensors;
 use haptic_trial::advice::parameter;
+use haptic_trial::device_table::without;
 use haptic_trial::ending::MotorPush;
+use haptic_trial::keys::trial::{
+    CRITERION, IMPACT, PUSH, PushBy, THRESHOLD, TRIAL_FORCE_LIMIT, WINDOW,
+};
 use haptic_trial::safety::{GuardedDevice, Safety};
 use haptic_trial::tap::TappedLaw;
 use nalgebra::{SVector, Vector1};
@@ -42,74 +40,8 @@ use std::convert::Infallible;
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 
-parameters! {
-    mod keys;
-    /// Impact of a trial, m/s.
-    IMPACT = number("impact_m_per_s", 0.1, "", IMPACTS,
-        "Speed at which the device hits the wall, m/s [default: 0.1; a serial device is only pushed]");
-    /// Push of a trial, N.
-    PUSH = number("push_n", 1.0, "1N", FORCES_ABOVE_0, "Constant push into the wall");
-    /// Window of a trial, s.
-    WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Time at the end that is judged");
-    CRITERION = text("criterion", "settling", "Rule by which the wall counts as stable");
-    /// Threshold of the dissertation's rule, m.
-    THRESHOLD = number("threshold_m", 1e-4, "0.1mm", REACHES_ABOVE_0,
-        "Largest standard deviation of the position by the criterion dissertation");
-    /// Force limit of a trial, N.
-    TRIAL_FORCE_LIMIT = number("force_limit_n", 100.0, "100N", FORCE_LIMITS, "Largest force of the actuator");
-    /// Rate limit of a trial, N/s.
-    TRIAL_FORCE_RATE_LIMIT = optional("force_rate_limit_n_per_s", FORCE_RATES,
-        "Largest rate of change of the force [default: that of a serial device, none on the simulated one]");
-}
-
-/// Of the safety chain and the operator in a trial.
-pub(crate) const TRIAL_LOOP: &[Parameter] = &[TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, SCHEME];
-
-pub(crate) const TRIAL: &[Parameter] = &[
-    IMPACT,
-    PUSH,
-    PUSH_BY,
-    TRIAL_DURATION,
-    WINDOW,
-    CRITERION,
-    THRESHOLD,
-];
-
 /// A wall at the device's start position.
 pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
-
-/// Source of the push.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum PushBy {
-    Hand,
-    Device,
-    /// A second device, that of a `[drive]`.
-    Second,
-}
-
-impl Named for PushBy {
-    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
-        (
-            Self::Hand,
-            "hand",
-            "Somebody, a hung weight, or the simulated hand",
-        ),
-        (
-            Self::Device,
-            "device",
-            "The device's own motor, behind the law and within its limits",
-        ),
-    ];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Hand => "hand",
-            Self::Device => "device",
-            // No choice of this key: `[drive]` is.
-            Self::Second => "second_device",
-        }
-    }
-}
 
 /// Plan of a trial: the motion into the wall, and the rule that judges it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -445,28 +377,12 @@ pub(crate) fn wall_at_start(
     Wall::new(stiffness, dissipation, operator, start)
 }
 
-/// Dynamics that the analysis knows of a simulated device: all but friction.
-pub(crate) fn dynamics(device: &MassDamperConfig) -> Dynamics {
-    Dynamics {
-        mass_kg: device.mass.0,
-        damping_n_s_per_m: device.damping.0,
-        hand_stiffness_n_per_m: device.stiffness.0,
-        delay_s: device.delay.0,
-        current_lag_s: device.current_lag.0,
-    }
-}
-
 /// The device at the moment it hits the wall, with the push on it.
 pub(crate) fn thrown(config: MassDamperConfig, plan: &TrialPlan) -> Result<MassDamper<1>, Failure> {
     let mut device = MassDamper::new(config).map_err(parameter)?;
     device.set_external_force(SVector::from([plan.push_of_hand_n()]));
     device.set_state(SVector::from([0.0]), SVector::from([plan.impact_m_per_s]));
     Ok(device)
-}
-
-/// The step of an encoder that is as coarse as these sensors, m: noise has the rms of steps √12 times as large.
-pub(crate) fn encoder_step(sensors: Sensors) -> f64 {
-    (sensors.encoder_resolution_m).max(12.0_f64.sqrt() * sensors.noise_m)
 }
 
 /// A safety chain that limits the force alone.

@@ -1,62 +1,34 @@
 //! A wall that a device hits and is pushed into.
 
 use super::kind::Experiment as _;
-use super::reading::scheme;
 use super::trial::{
-    OffN, Parts, PositionLaw, TRIAL, TRIAL_LOOP, Trial, TrialSetup, VirtualWall, encoder_step,
-    incomparable, setup, six_digits, thrown, wall_at_start,
+    OffN, Parts, PositionLaw, Trial, TrialSetup, VirtualWall, incomparable, setup, six_digits,
+    thrown, wall_at_start,
 };
 use crate::run::Ran;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS};
-use haptic_document::parameters::{
-    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, LOOP, MASS, SAMPLE_TIME,
-};
-use haptic_document::parameters::{Parameter, joined};
-use haptic_document::{Failure, FileError, Table, parameters};
+use haptic_document::parameters::LOOP;
+use haptic_document::parameters::Parameter;
+use haptic_document::{Failure, FileError, Table};
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::{Preflight, WallContact};
 use haptic_judge::reference::ReferenceWeights;
 use haptic_judge::settling::Settling;
+use haptic_judge::tissue_table::scheme;
 use haptic_link::LoopMode;
 use haptic_loop::plant::run_wall;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};
 use haptic_tissue::Model;
 use haptic_trial::GuardChoice;
+use haptic_trial::device_table::encoder_step;
+use haptic_trial::keys::wall::{
+    DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT,
+};
 use haptic_trial::preflight::PreflightVerdict;
 use haptic_trial::tap::TappedLaw;
 use serde_json::{Value, json};
-
-parameters! {
-    mod keys;
-    ORDER = optional("order", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
-    /// Stiffness of a wall, N/m.
-    STIFFNESS = optional("stiffness_n_per_m", STIFFNESSES, "Stiffness K of the wall");
-    /// Dissipation of a wall, N·s^μ/m.
-    DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS, "Dissipation B of the wall, N·s^μ/m");
-    /// True if a wall only pushes.
-    ONE_SIDED = flag("one_sided", "Push but never pull; otherwise the wall is linear, as the analysis assumes, and pulls too");
-    /// Memory of a wall that only pushes.
-    WALL_CONTACT = text("contact", "depth", "Input of the memory of a wall that only pushes");
-    /// True if an unstable wall is a failure.
-    MUST_BE_STABLE = flag("must_be_stable", "Fail unless trial and analysis call the wall stable");
-}
-
-/// Of `[wall]` that have to be given in a file.
-pub(crate) const WALL_REQUIRED: &[Parameter] =
-    &[MASS, DAMPING, SAMPLE_TIME, ORDER, STIFFNESS, DISSIPATION];
-
-/// Of `[wall]`, with defaults.
-pub(crate) const WALL: &[Parameter] = &joined::<21>(&[
-    &[DEVICE_MODEL, HAND_STIFFNESS],
-    LESS_THAN_IDEAL,
-    TRIAL_LOOP,
-    &[ONE_SIDED, WALL_CONTACT],
-    TRIAL,
-    &[MUST_BE_STABLE],
-]);
 
 #[derive(Clone, Debug)]
 pub(crate) struct WallExperiment {

@@ -19,10 +19,8 @@ use super::runner::{HeldWorld, Steering};
 use super::ticking::{FadingFelt, LoopOrder, Looping, Stimulus};
 use super::waiting::{Gate, Kept, LOOK, Shared, Watching};
 use crate::experiment::kind::Experiment as _;
-use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT, no_wall};
-use crate::experiment::wall::{
-    DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WallExperiment,
-};
+use crate::experiment::trial::no_wall;
+use crate::experiment::wall::WallExperiment;
 use crate::open::DocumentOfKind as _;
 use crate::open::ExperimentFile;
 use crate::run::device::LinkedName;
@@ -44,6 +42,8 @@ use haptic_loop::{Controller, Pushing, Wall};
 use haptic_message::EventMessage;
 use haptic_quantity::written;
 use haptic_remote::serial::SerialLink;
+use haptic_trial::keys::trial::{PUSH, TRIAL_FORCE_LIMIT};
+use haptic_trial::keys::wall::{DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT};
 use haptic_trial::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -2,9 +2,6 @@
 
 pub use crate::experiment::press::keys::*;
 pub use crate::experiment::rendering::keys::*;
-pub use crate::experiment::teleoperation::keys::*;
-pub use crate::experiment::trial::keys::*;
-pub use crate::experiment::wall::keys::*;
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
 pub use crate::question::calibration::{CALIBRATION, keys::*};
 pub use crate::question::design::keys::*;
@@ -16,6 +13,9 @@ pub use haptic_question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
 pub use haptic_question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
 pub use haptic_question::plant::keys::{PLANT_RECORD, VALIDATE};
 pub use haptic_question::tissue::RECORD;
+pub use haptic_trial::keys::teleoperation::*;
+pub use haptic_trial::keys::trial::*;
+pub use haptic_trial::keys::wall::*;
 pub use haptic_trial::safety::keys::*;
 /// Questions of a device at hand, which moves.
 pub const AT_A_DEVICE: [&str; 2] = [MEASUREMENT, CALIBRATION];
@@ -24,7 +24,6 @@ use crate::experiment::press::Protocol;
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
-use crate::experiment::trial::PushBy;
 use crate::question::design::{RequireName, WishName};
 use crate::question::measurement::MeasuredAxis;
 use crate::{GuardChoice, Named, Precision, experiment, question};

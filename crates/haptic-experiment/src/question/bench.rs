@@ -1,8 +1,6 @@
 //! Parts that questions share: the device with its keys, orders and scheme, and a search that can be stopped.
 
 use crate::Sensors;
-use crate::experiment::reading::device;
-use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::{SampledLoop, StableArea};
 use haptic_document::parameters::{
@@ -12,6 +10,8 @@ use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_trial::advice::check;
+use haptic_trial::device_table::device;
+use haptic_trial::keys::trial::TRIAL_FORCE_LIMIT;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};

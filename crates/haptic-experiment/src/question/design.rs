@@ -36,8 +36,6 @@ pub(crate) mod reading;
 mod search;
 
 use crate::Imperfections;
-use crate::experiment::trial::dynamics;
-use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT};
 use crate::question::analysis::ANALYSED_CONTROLLER;
 use crate::question::bench::{AskedDevice, Device, check_orders};
 use crate::run::device::Warn;
@@ -55,6 +53,8 @@ use haptic_loop::plant::MassDamper;
 use haptic_quantity::{digits, in_five_digits};
 use haptic_tissue::Model;
 use haptic_trial::advice::parameter;
+use haptic_trial::device_table::dynamics;
+use haptic_trial::keys::wall::{ONE_SIDED, WALL_CONTACT};
 use serde::Serialize;
 
 parameters! {

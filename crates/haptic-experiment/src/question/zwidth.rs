@@ -22,11 +22,8 @@ mod search;
 mod trials;
 mod upward;
 
-use crate::experiment::reading::{linear_piece, remote, samples_fit, without};
-use crate::experiment::trial::{
-    CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_SAMPLES, TrialPlan, WINDOW, force_and_rate, plan,
-};
-use crate::experiment::wall::ONE_SIDED;
+use crate::experiment::reading::remote;
+use crate::experiment::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan};
 use crate::question::analysis::{ANALYSED_CONTROLLER, ANALYSED_TISSUE, law};
 use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::device::Warn;
@@ -43,13 +40,17 @@ use haptic_judge::modelled_tissue::TissuePiece;
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::Criterion;
+use haptic_judge::tissue_table::linear_piece;
 use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Newtons, Seconds};
 use haptic_quantity::{digits, in_five_digits, written};
 use haptic_tissue::Model;
 use haptic_trial::Sensors;
+use haptic_trial::device_table::{samples_fit, without};
 use haptic_trial::ending::MotorPush;
+use haptic_trial::keys::trial::{CRITERION, IMPACT, PUSH, THRESHOLD, WINDOW};
+use haptic_trial::keys::wall::ONE_SIDED;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 

@@ -5,10 +5,10 @@ use super::mass_damper::{MassDamper, MassDamperConfig};
 use crate::LoopParameterError;
 use crate::error::Checks;
 use crate::units::{Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
+use alloc::collections::VecDeque;
+use alloc::vec::Vec;
 use fracdiff::parameter::range;
 use nalgebra::{SMatrix, SVector};
-use std::collections::VecDeque;
-use std::vec::Vec;
 
 /// The devices of a [`FacingDevices`]; its arrays are in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

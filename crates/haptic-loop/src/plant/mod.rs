@@ -15,34 +15,34 @@
 
 mod axes;
 mod discretise;
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 mod facing;
 mod force_sensor;
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 mod held;
 mod mass_damper;
 mod mass_matrix;
 mod noise;
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 mod pressed;
 mod profile;
 mod rig;
 mod sensed;
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 mod trial;
 
 pub use axes::Axes;
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 pub use facing::{FacingConfig, FacingContact, FacingDevices, FacingSide};
 pub use force_sensor::{ForceSensor, ForceSensorConfig};
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 pub use held::{HeldRig, Holder};
 pub use mass_damper::{MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig};
 pub use mass_matrix::MassMatrix;
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 pub use pressed::{PressedDevice, PressedSpecimen, SpecimenMatter};
 pub use profile::{ImposedMotion, RampHold};
 pub use rig::{IndentationRig, RigConfig, RigContact, RigDrive, RigServo, SUB_STEPS};
 pub use sensed::Sensed;
-#[cfg(feature = "std")]
+#[cfg(feature = "alloc")]
 pub use trial::run_wall;

@@ -14,12 +14,12 @@
 use super::{MassDamper, MassDamperConfig};
 use crate::units::Seconds;
 use crate::{DepthMap, Device, LoopParameterError, Reading, SafeForce};
+use alloc::vec::Vec;
 use core::convert::Infallible;
 use core::f64::consts::PI;
 use fracdiff::Real;
 use fracdiff::parameter::{positive, range};
 use nalgebra::SVector;
-use std::vec::Vec;
 
 /// Longest step, s.
 const STEP_MOST: f64 = 5e-5;
@@ -341,8 +341,8 @@ mod tests {
     /// A Zener model relaxes by one exponential; two equal spring-pots in series are one of half the size.
     #[test]
     fn joints_are_those_of_their_closed_forms() {
-        let maxwell = SpecimenMatter::Series(std::vec![pot(2000.0, 0.0), pot(600.0, 1.0)]);
-        let zener = SpecimenMatter::Parallel(std::vec![pot(1000.0, 0.0), maxwell]);
+        let maxwell = SpecimenMatter::Series(alloc::vec![pot(2000.0, 0.0), pot(600.0, 1.0)]);
+        let zener = SpecimenMatter::Parallel(alloc::vec![pot(1000.0, 0.0), maxwell]);
         let (ramp, tau) = (0.1, 0.3);
         for (t, found) in [0.2, 0.5, 2.0]
             .into_iter()
@@ -353,7 +353,7 @@ mod tests {
             // The step of a dashpot in series is of first order: h/τ = 2e-4 of a part that decays.
             assert!((found / wanted - 1.0).abs() < 3e-4, "{t}: {found} {wanted}");
         }
-        let twice = SpecimenMatter::Series(std::vec![pot(4000.0, 0.3), pot(4000.0, 0.3)]);
+        let twice = SpecimenMatter::Series(alloc::vec![pot(4000.0, 0.3), pot(4000.0, 0.3)]);
         let [found, wanted] = [twice, pot(2000.0, 0.3)].map(|one| relaxed(&one, ramp, &[1.0])[0]);
         assert!((found / wanted - 1.0).abs() < 1e-12, "{found} {wanted}");
     }

@@ -12,7 +12,6 @@
 //!   a spring of 1e-4 of its first sample.
 
 use super::Drive;
-use crate::experiment::trial::dynamics;
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
@@ -25,6 +24,7 @@ use haptic_judge::preflight::softer;
 use haptic_loop::plant::{FacingConfig, FacingContact, MassDamperConfig, RigDrive};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_trial::advice::parameter;
+use haptic_trial::device_table::dynamics;
 use haptic_trial::drive_verdict::{DriveVerdict, LoopVerdict};
 use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
 use std::sync::Arc;

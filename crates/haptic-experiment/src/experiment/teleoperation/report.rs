@@ -1,9 +1,7 @@
 //! Runs a teleoperation with log, table and report, and judges it while it runs: energy, forces, and what was felt.
 
 use super::pair::{Pair, PairTick};
-use super::{
-    ARCHITECTURE, HandMotion, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS, TeleoperationExperiment,
-};
+use super::{HandMotion, TeleoperationExperiment};
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::Published;
@@ -22,6 +20,7 @@ use haptic_judge::settling::SATURATED_S;
 use haptic_loop::Limiters;
 use haptic_message::TickMessage;
 use haptic_trial::ending::Ending;
+use haptic_trial::keys::teleoperation::{ARCHITECTURE, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS};
 use haptic_trial::preflight::note_findings;
 use haptic_trial::samples::keeps_all;
 use haptic_trial::simulate::World;

@@ -5,7 +5,7 @@
 use super::line::{End, Line, unusable};
 use super::pair::Body;
 use super::report::TeleoperationVerdict;
-use super::{HandMotion, MUST_BE_PASSIVE, TeleoperationExperiment};
+use super::{HandMotion, TeleoperationExperiment};
 use crate::experiment::kind::Experiment as _;
 use crate::judge::Published;
 use crate::judge::report::Files;
@@ -29,6 +29,7 @@ use haptic_message::{END, TickMessage, flaw::LATE_FORCE};
 use haptic_quantity::{digits, written};
 use haptic_teleoperation::{Introduction, PeerMessage, Port};
 use haptic_trial::ending::Ending;
+use haptic_trial::keys::teleoperation::MUST_BE_PASSIVE;
 use haptic_trial::tick::by_loop;
 use serde::Serialize;
 use serde_json::json;

@@ -14,12 +14,11 @@
 //! - *At ports* each device has a chain and a thread of its own, see [`PairRun`](crate::run::remote::PairRun); the second may only push
 //!   within its lasting limits of force, workspace and speed.
 
-use super::{IMPACT, PUSH, TrialPlan, force_and_rate, no_law_there, no_wall, safe_chain};
+use super::{TrialPlan, force_and_rate, no_law_there, no_wall, safe_chain};
 use crate::experiment::drive::{
     CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT, DriveSamples, second_device,
 };
 use crate::experiment::kind::Conduct;
-use crate::experiment::reading::device_model_by;
 use crate::run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
 use crate::run::{Ran, Supervisor};
 use fracdiff::parameter::Shown;
@@ -35,7 +34,9 @@ use haptic_loop::{
 };
 use haptic_message::TickMessage;
 use haptic_trial::advice::parameter;
+use haptic_trial::device_table::device_model_by;
 use haptic_trial::ending::{Ending, MotorPush};
+use haptic_trial::keys::trial::{IMPACT, PUSH};
 use haptic_trial::safety::{GuardChoice, Safety};
 use haptic_trial::simulate::World;
 use haptic_trial::simulate::{Instrumented, SimulatedLoop};

@@ -2,11 +2,11 @@
 
 use super::second::second;
 use super::{
-    IMPACT, PushBy, Pushed, SecondDevice, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan,
-    dynamics, force_and_rate, no_law_there, plan, safe_chain, thrown, try_out,
+    Pushed, SecondDevice, TRIAL_SAMPLES, TrialPlan, force_and_rate, no_law_there, plan, safe_chain,
+    thrown, try_out,
 };
 use crate::experiment::kind::Conduct;
-use crate::experiment::reading::{device, device_model, remote, samples_fit};
+use crate::experiment::reading::remote;
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::RemoteLaw;
@@ -18,6 +18,9 @@ use haptic_judge::settling::{Criterion, Judge, Settling};
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
+use haptic_trial::device_table::dynamics;
+use haptic_trial::device_table::{device, device_model, samples_fit};
+use haptic_trial::keys::trial::{IMPACT, PushBy, TRIAL_FORCE_RATE_LIMIT};
 use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use haptic_trial::{DeviceModel, Sensors};
 

@@ -204,7 +204,7 @@ fn the_two_laws_of_contact_side_by_side() {
 
 #[test]
 fn a_wall_of_an_ideal_device_that_pushes_by_itself_moves_as_if_a_hand_pushed() {
-    use crate::experiment::trial::PushBy;
+    use haptic_trial::keys::trial::PushBy;
     let mut random = Random(69);
     let device = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), T);
     for case in 0..20 {

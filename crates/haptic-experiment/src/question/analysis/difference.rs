@@ -18,13 +18,13 @@ use super::keys::{
     DIFFERENCE, FELT_HIGH, FELT_LOW, HAND_AMPLITUDE, LEAST_FORCE, OF_A_LAW, POINTS, TRANSPARENCY,
     WEBER_SHARE,
 };
-use crate::experiment::reading::with_devices;
 use crate::experiment::tables;
 use crate::run::document::read_document;
 use fracdiff::num_complex::Complex;
 use haptic_analysis::{WantedNumber, nearest};
 use haptic_document::parameters::{LAW, OTHER_LAW, Parameter};
 use haptic_document::{Failure, Table, rows};
+use haptic_trial::device_table::with_devices;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 

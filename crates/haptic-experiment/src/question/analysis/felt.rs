@@ -7,7 +7,6 @@ use super::keys::{
 };
 use super::law::Law;
 use super::wall::{OnPlant, missing, path, path_result};
-use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::run::device::Warn;
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Order, Scheme, Seconds};
@@ -18,6 +17,7 @@ use haptic_analysis::{
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use haptic_document::{Failure, Table, rows};
 use haptic_quantity::written;
+use haptic_trial::keys::wall::{DISSIPATION, STIFFNESS};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 

@@ -1,9 +1,5 @@
 //! Keys of analyses.
 
-use crate::experiment::teleoperation::{
-    ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
-};
-use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 use haptic_document::parameters;
 use haptic_document::parameters::KeyTable;
 use haptic_document::parameters::range::{
@@ -16,6 +12,10 @@ use haptic_document::parameters::{
     OTHER_LAW, PLANT_MODEL, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
 };
 use haptic_document::parameters::{Parameter, Paths, joined};
+use haptic_trial::keys::teleoperation::{
+    ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
+};
+use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
 
 parameters! {
     ANALYSED_TISSUE = file("tissue", "", Paths::Toml, None, "Tissue in place of a wall: a name from `host-cli materials list`, or a TOML file");

@@ -4,8 +4,6 @@ use super::answer::{HORIZON, Kind, operator};
 use super::keys::{
     ANALYSED_CONTROLLER, ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, JUDGED_DEPTH,
 };
-use crate::experiment::reading::{fits, piece};
-use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
@@ -15,8 +13,10 @@ use haptic_document::{Failure, FileError, Table};
 use haptic_judge::modelled_tissue::TissuePiece;
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::Matter;
+use haptic_judge::tissue_table::{fits, piece};
 use haptic_quantity::{digits, in_five_digits};
 use haptic_tissue::{Model, SampledModel};
+use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
 use serde_json::{Value, json};
 
 /// f = −(K·x + B·T^(−μ)·P(w)·x), for small motions at one depth.

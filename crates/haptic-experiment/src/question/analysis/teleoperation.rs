@@ -2,10 +2,6 @@
 
 use super::answer::{Analysed, Drawn, HandPoint, logarithmic, rate};
 use super::keys::{BEST, FELT_HIGH, FELT_LOW, FELT_POINTS, PLAYOUT_SAMPLES};
-use crate::experiment::reading::linear_piece;
-use crate::experiment::teleoperation::{
-    ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
-};
 use crate::question::bench::for_each_order;
 use fracdiff::{Order, Seconds};
 use haptic_analysis::num_complex::Complex;
@@ -17,9 +13,13 @@ use haptic_document::parameters::{
 };
 use haptic_document::{Failure, Table, rows};
 use haptic_judge::preflight::Matter;
+use haptic_judge::tissue_table::linear_piece;
 use haptic_link::Architecture;
 use haptic_quantity::{digits, written};
 use haptic_trial::advice::analysed;
+use haptic_trial::keys::teleoperation::{
+    ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
+};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;

@@ -8,7 +8,6 @@ use super::keys::{
     ANALYSED_MASS, ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA, SENSITIVITY_POINTS,
 };
 use super::law::{InPlace, Law, without};
-use crate::experiment::wall::{DISSIPATION, STIFFNESS};
 use crate::judge::{Rows, rows};
 use crate::run::device::Warn;
 use haptic_analysis::{
@@ -21,6 +20,7 @@ use haptic_document::{Failure, Table};
 use haptic_quantity::{digits, written};
 use haptic_trial::PlantModel;
 use haptic_trial::advice::analysed;
+use haptic_trial::keys::wall::{DISSIPATION, STIFFNESS};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 

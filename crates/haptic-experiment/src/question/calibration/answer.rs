@@ -3,7 +3,7 @@
 use super::conduct::{Bench, Found, done};
 use super::line::{Point, line};
 use super::{CALIBRATE_STEP, CALIBRATE_WEIGHT, CALIBRATION, GRAVITY, Person, TABLES, Task, asked};
-use crate::experiment::reading::{device_model, remote_by};
+use crate::experiment::reading::remote_by;
 use crate::question::measurement::drive::{INTERRUPTED, armed, opened};
 use crate::question::measurement::{MEASURE_DEVICE, MeasurePlan};
 use crate::run::device::{Warn, at_link};
@@ -13,6 +13,7 @@ use haptic_document::{Document, Failure, FileError};
 use haptic_log::record::StartTime;
 use haptic_quantity::written;
 use haptic_trial::DeviceModel;
+use haptic_trial::device_table::device_model;
 use haptic_trial::plant_file::calibration::{
     Calibration, MOTOR_FACTOR, MeasuredNumber, SENSOR_FACTOR, SENSOR_LAG, SENSOR_OFFSET,
 };

@@ -6,8 +6,8 @@ use super::{
     Candidate, ControllerVerdict, Design, DesignReport, FORCE_NOISE_LIMIT, RealisticTrial,
     TissueVerdict, Wish,
 };
-use crate::experiment::trial::{PUSH, TRIAL_FORCE_LIMIT, TrialSetup, WINDOW};
-use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS, WallExperiment};
+use crate::experiment::trial::TrialSetup;
+use crate::experiment::wall::WallExperiment;
 use crate::question::bench::{AskedDevice, for_each_order};
 use fracdiff::{Order, Scheme};
 use haptic_document::parameters::Parameter;
@@ -16,6 +16,8 @@ use haptic_judge::preflight::WallContact;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
 use haptic_trial::DeviceModel;
+use haptic_trial::keys::trial::{PUSH, TRIAL_FORCE_LIMIT, WINDOW};
+use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
 use std::cmp::Ordering;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -1,7 +1,6 @@
 //! One order on the device: the best wall under the requirement, and what the analysis says of it.
 
 use super::{Candidate, Design, Wish};
-use crate::experiment::trial::dynamics;
 use crate::question::bench::{crossings, largest_scales, last, minimum_of, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
@@ -12,6 +11,7 @@ use haptic_document::Failure;
 use haptic_judge::modelled_tissue::{loop_operator, operator};
 use haptic_quantity::digits;
 use haptic_tissue::Model;
+use haptic_trial::device_table::dynamics;
 use std::f64::consts::PI;
 
 /// Memory for which a full-memory operator is designed, samples: 1000 s at 1 kHz.

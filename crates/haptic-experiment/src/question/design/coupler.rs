@@ -21,7 +21,7 @@ use super::search::{Tried, best, plan};
 use crate::experiment::coupler::{
     COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
 };
-use crate::experiment::trial::{TrialSetup, dynamics};
+use crate::experiment::trial::TrialSetup;
 use crate::question::bench::{AskedDevice, for_each_order, minimum_of};
 use crate::{Sensors, TrialPlan};
 use fracdiff::{Order, Scheme};
@@ -34,6 +34,7 @@ use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use haptic_judge::preflight::softer;
 use haptic_judge::settling::Settling;
 use haptic_loop::plant::MassDamperConfig;
+use haptic_trial::device_table::dynamics;
 use serde::Serialize;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;

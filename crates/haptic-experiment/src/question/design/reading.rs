@@ -6,9 +6,7 @@ use super::{
     COMPARED_AT_HZ, DESIGN_ORDERS, Design, FORCE_NOISE_LIMIT, FRONT, GAIN_MARGIN, REQUIRE,
     RequireName, WISH, WISH_FREQUENCY, WISH_TISSUE, Wish, WishName,
 };
-use crate::experiment::reading::linear_piece;
-use crate::experiment::trial::TRIAL_FORCE_LIMIT;
-use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT, contact};
+use crate::experiment::wall::contact;
 use crate::question::analysis::{ANALYSED_CONTROLLER, law};
 use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
@@ -19,6 +17,9 @@ use haptic_document::parameters::{
 use haptic_document::{Failure, FileError, Table};
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::WallContact;
+use haptic_judge::tissue_table::linear_piece;
+use haptic_trial::keys::trial::TRIAL_FORCE_LIMIT;
+use haptic_trial::keys::wall::{ONE_SIDED, WALL_CONTACT};
 
 pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
     let wish = table.choice(&WISH)?;

@@ -5,8 +5,7 @@ use super::trials::Trials;
 use super::upward::{Settled, upward};
 use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
 use crate::experiment::trial::{
-    PositionLaw, TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, thrown, try_out,
-    wall_at_start,
+    PositionLaw, TrialPlan, force_and_rate, force_limit, thrown, try_out, wall_at_start,
 };
 use crate::question::bench::{AskedDevice, crossings, largest_scales, last, units};
 use crate::run::device::Warn;
@@ -22,6 +21,7 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::{Newtons, Seconds};
 use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain, SafetyLimits};
 use haptic_trial::Sensors;
+use haptic_trial::device_table::{dynamics, encoder_step};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -1,0 +1,5 @@
+//! Keys of trials.
+
+pub mod teleoperation;
+pub mod trial;
+pub mod wall;
