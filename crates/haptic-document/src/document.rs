@@ -369,3 +369,6 @@ impl<'a> Parsed<'a> {
         }
     }
 }
+
+/// Reader of the document at a path: a file, or what a log has of it.
+pub type ReadDocument = fn(&Path) -> Result<Document, FileError>;

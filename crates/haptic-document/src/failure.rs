@@ -151,3 +151,6 @@ pub fn is_full(error: &io::Error) -> bool {
         StorageFull | QuotaExceeded | FileTooLarge | WriteZero
     )
 }
+
+/// Hears what a user should know before a run or an answer is over, a sentence each.
+pub type Warn<'a> = &'a (dyn Fn(&str) + Sync);

@@ -10,9 +10,9 @@ pub mod parameters;
 mod reader;
 mod rows;
 
-pub use document::{Document, IN_LOG, Parsed, choice, lines_of};
+pub use document::{Document, IN_LOG, Parsed, ReadDocument, choice, lines_of};
 pub use error::{Excerpt, FileError, text_of};
-pub use failure::{Cause, Failure, is_full};
+pub use failure::{Cause, Failure, Warn, is_full};
 pub use haptic_quantity::short;
 pub use named::Named;
 pub use reader::{Interval, Table};

@@ -23,8 +23,6 @@ pub use teleoperation::{End, FarReport, Terms};
 const RELAXATION: KeyTable = ("relaxation", rendering::RELAX);
 const CREEP: KeyTable = ("creep", rendering::CREEP);
 const RENDERING: KeyTable = ("rendering", rendering::RENDERING);
-const WALL_REQUIRED: KeyTable = ("required", keys::wall::WALL_REQUIRED);
-const WALL: KeyTable = ("wall", keys::wall::WALL);
 const COUPLER_REQUIRED: KeyTable = ("required", coupler::COUPLER_REQUIRED);
 const COUPLER: KeyTable = ("coupler", coupler::COUPLER);
 const TELEOPERATION: KeyTable = ("teleoperation", keys::teleoperation::TELEOPERATION);
@@ -49,7 +47,7 @@ const ALL: &[Kind] = &[
     },
     Kind {
         name: "wall",
-        keys: &[WALL_REQUIRED, WALL, DEVICE, CHAIN],
+        keys: keys::wall::WALL_TABLES,
         companion: Companion::DriveAndDeviceFile,
         read: |table, drive| Ok(Box::new(wall::wall(table, drive)?)),
     },

@@ -1,18 +1,13 @@
 //! Questions to a device as TOML: one table, `[zwidth]`, `[design]` or that of an analysis, read as experiments are.
 
-pub mod analysis;
-pub(crate) mod bench;
 pub(crate) mod calibration;
 pub(crate) mod design;
 mod machine_check;
 pub(crate) mod measurement;
 pub(crate) mod zwidth;
 
-use crate::run::device::Warn;
+use crate::run::document::read_document;
 use crate::run::folder::OutputFolder;
-pub use analysis::Analysed;
-use analysis::{ANALYSES, Analysis};
-use bench::BENCH;
 pub use calibration::{CalibrationReport, Calibrator, GRAVITY, Person};
 pub use design::coupler::CouplerAnswer;
 use design::coupler::CouplerDesign;
@@ -20,8 +15,12 @@ use design::front::Front;
 pub use design::front::{FrontReport, FrontWall};
 pub use design::{Candidate, DesignReport};
 use design::{Design, WishName};
+use haptic_document::Warn;
 use haptic_document::parameters::{ON_DEVICE, Parameter};
 use haptic_document::{Document, Failure};
+use haptic_question::analysis::{self, Analysis};
+use haptic_question::analysis::{Analysed, Drawn, Region};
+use haptic_question::bench::BENCH;
 use haptic_trial::device_table::with_devices;
 pub use machine_check::RtCheck;
 pub use measurement::{MeasureReport, Measurement};
@@ -58,8 +57,8 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
         ],
         "design" => vec![("design", design::DESIGN), ("bench", BENCH)],
         calibration::CALIBRATION => calibration::TABLES.to_vec(),
-        _ => (ANALYSES.iter().find(|known| known.0 == kind))
-            .map_or(&measurement::TABLES[..], |known| known.1)
+        _ => analysis::tables(kind)
+            .unwrap_or(&haptic_question::measurement::TABLES)
             .to_vec(),
     }
 }
@@ -120,8 +119,8 @@ impl Question {
         let words = format!("a question has one of [{}]", QUESTIONS.join("], ["));
         let (kind, table, _) = document.one_of(&QUESTIONS, &[], "question", &words)?;
         let table = with_devices(table.with_keys(&tables(kind))?)?;
-        if let Some((_, _, read)) = ANALYSES.iter().find(|known| known.0 == kind) {
-            return Ok(Self(Asked::Analysis(Box::new(read(&table)?))));
+        if let Some(analysis) = Analysis::read(kind, &table, read_document) {
+            return Ok(Self(Asked::Analysis(Box::new(analysis?))));
         }
         Ok(Self(match kind {
             "zwidth" => Asked::ZWidth(Box::new(ZWidth::of(&table)?)),
@@ -163,10 +162,8 @@ impl Question {
     /// # Errors
     /// Another question than one to the loop of a wall with units; a wall that cannot be analysed.
     pub fn wall_map(&self, points: usize, position_noise_m: f64) -> Result<Value, Failure> {
-        if let Asked::Analysis(asked) = &self.0
-            && let Analysis::Wall(wall, _) = &**asked
-        {
-            return wall.map(points, position_noise_m);
+        if let Asked::Analysis(asked) = &self.0 {
+            return asked.wall_map(points, position_noise_m);
         }
         Err(Failure::bad_input("only a wall has a map"))
     }
@@ -262,7 +259,14 @@ impl Answer {
             Self::Design(found) => folder.write_table(&[], found.candidates.iter()),
             Self::Coupler(found) => folder.write_table(&[], found.candidates.iter()),
             Self::Front(found) => folder.write_table(&[], found.walls.iter()),
-            Self::Analysis(found) => return found.write_table(folder),
+            Self::Analysis(found) => match &found.drawn {
+                None => return Ok(None),
+                Some(Drawn::Felt(points)) => folder.write_table(&[], points.iter()),
+                Some(Drawn::Region(region)) => folder.write_table(&Region::COLUMNS, region.rows()),
+                Some(Drawn::Difference(points)) => folder.write_table(&[], points.iter()),
+                Some(Drawn::Sensitivity(points)) => folder.write_table(&[], points.iter()),
+                Some(Drawn::Teleoperation { points, .. }) => folder.write_table(&[], points.iter()),
+            },
         };
         written.map(Some)
     }
@@ -307,7 +311,7 @@ mod tests {
         let Ok(Question(Asked::ZWidth(zwidth))) = read("[zwidth]") else {
             panic!("a Z-width");
         };
-        let device = super::bench::tests::dissertation_device(fracdiff::Seconds(1e-3));
+        let device = testkit::device::dissertation(fracdiff::Seconds(1e-3));
         assert_eq!((zwidth.points, zwidth.orders.len()), (21, 5));
         assert_eq!(zwidth.device, device);
         assert_eq!(zwidth.plan, crate::TrialPlan::DEFAULT);

@@ -21,13 +21,13 @@ pub(crate) mod schedule;
 pub mod signals;
 
 use budget::TickParts;
-use device::Warn;
 pub use device::{
     DeviceName, at_port, firmware_digest, firmware_version, lost_board, refused_at_port, trouble,
 };
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
 use haptic_document::Failure;
+use haptic_document::Warn;
 use haptic_document::parameters::{REALTIME, SAMPLE_TIME};
 use haptic_log::live::LiveStreams;
 use haptic_log::record::{Entry, FinishedLog, LogReader, StartTime};

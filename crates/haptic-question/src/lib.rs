@@ -2,9 +2,12 @@
 #![forbid(unsafe_code)]
 #![warn(unreachable_pub)]
 
+pub mod analysis;
+pub mod bench;
 pub mod control_loop;
 pub mod controller;
 pub mod form;
+pub mod measurement;
 pub mod plant;
 pub mod tissue;
 pub mod words;

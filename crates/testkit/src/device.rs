@@ -40,6 +40,12 @@ pub const fn with_hand(
     config
 }
 
+/// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
+#[must_use]
+pub const fn dissertation(sample_time: Seconds) -> MassDamperConfig {
+    ideal(MASS, DAMPING, sample_time.0)
+}
+
 /// A plant of one axis.
 ///
 /// # Panics

@@ -3,14 +3,16 @@
 pub use crate::experiment::press::keys::*;
 pub use crate::experiment::rendering::keys::*;
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
+pub use crate::question::QUESTIONS;
 pub use crate::question::calibration::{CALIBRATION, keys::*};
 pub use crate::question::design::keys::*;
-pub use crate::question::measurement::{MEASUREMENT, keys::*};
 pub use crate::question::zwidth::keys::*;
-pub use crate::question::{QUESTIONS, analysis};
 pub use haptic_document::parameters::*;
+pub use haptic_question::analysis;
 pub use haptic_question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
 pub use haptic_question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
+pub use haptic_question::measurement::MEASUREMENT;
+pub use haptic_question::measurement::keys::*;
 pub use haptic_question::plant::keys::{PLANT_RECORD, VALIDATE};
 pub use haptic_question::tissue::RECORD;
 pub use haptic_trial::keys::teleoperation::*;
@@ -25,11 +27,11 @@ use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
 use crate::question::design::{RequireName, WishName};
-use crate::question::measurement::MeasuredAxis;
 use crate::{GuardChoice, Named, Precision, experiment, question};
 use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::Criterion;
 use haptic_link::Architecture;
+use haptic_question::measurement::MeasuredAxis;
 use haptic_question::tissue::{KIND, TISSUE_MODEL, models};
 use haptic_tissue::identify::{Baseline, RecordKind, ShiftBy, Weighting};
 use haptic_trial::plant_file::calibration::CALIBRATION_KEYS;
@@ -46,7 +48,7 @@ pub fn tables(file: &str) -> Vec<KeyTable> {
 }
 
 const QUESTION_TABLES: &[KeyTable] = &[
-    ("device measure", question::measurement::MEASURE),
+    ("device measure", haptic_question::measurement::MEASURE),
     ("device calibrate", question::calibration::CALIBRATE),
 ];
 

@@ -16,14 +16,14 @@ mod answer;
 mod conduct;
 mod line;
 
-use crate::question::measurement::{
-    self, MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
-};
 pub use answer::{CalibrationReport, Calibrator};
 use haptic_document::parameters::DEVICE_MODEL;
 use haptic_document::parameters::Parameter;
 use haptic_document::parameters::range::Range;
 use haptic_document::{Failure, parameters};
+use haptic_question::measurement::{
+    MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
+};
 use std::sync::Arc;
 use std::sync::mpsc::{TryRecvError, channel};
 
@@ -47,8 +47,10 @@ pub(crate) const CALIBRATE: &[Parameter] = &[
 /// The question that checks a newton.
 pub const CALIBRATION: &str = "calibrate";
 
-pub(crate) const TABLES: [(&str, &[Parameter]); 2] =
-    [(CALIBRATION, CALIBRATE), measurement::TABLES[2]];
+pub(crate) const TABLES: [(&str, &[Parameter]); 2] = [
+    (CALIBRATION, CALIBRATE),
+    haptic_question::measurement::TABLES[2],
+];
 
 /// Acceleration of a mass that is weighed, m/s².
 pub const GRAVITY: f64 = 9.80665;

@@ -36,11 +36,9 @@ pub(crate) mod reading;
 mod search;
 
 use crate::Imperfections;
-use crate::question::analysis::ANALYSED_CONTROLLER;
-use crate::question::bench::{AskedDevice, Device, check_orders};
-use crate::run::device::Warn;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
+use haptic_document::Warn;
 use haptic_document::parameters::range::Range;
 use haptic_document::parameters::{DEVICE_MODEL, ENCODER_RESOLUTION, SCHEME, UNNAMED_PIECE, range};
 use haptic_document::parameters::{Parameter, Paths, joined};
@@ -51,6 +49,8 @@ use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::Settling;
 use haptic_loop::plant::MassDamper;
 use haptic_quantity::{digits, in_five_digits};
+use haptic_question::analysis::ANALYSED_CONTROLLER;
+use haptic_question::bench::{AskedDevice, BenchDevice, check_orders};
 use haptic_tissue::Model;
 use haptic_trial::advice::parameter;
 use haptic_trial::device_table::dynamics;
@@ -144,7 +144,7 @@ pub(crate) enum Wish {
 /// A question of a designer.
 #[derive(Clone, Debug)]
 pub(crate) struct Design {
-    pub device: Device,
+    pub device: BenchDevice,
     pub scheme: Scheme,
     pub orders: Vec<Order>,
     /// True if finer orders around the best are tried next.
@@ -159,17 +159,6 @@ pub(crate) struct Design {
     pub wish: Wish,
     /// Largest force noise that encoder and sensor may cause, rms N; `None` allows 5 % of the push, of a tissue any.
     pub force_noise_limit_n: Option<f64>,
-}
-
-impl Device {
-    fn imperfections(&self) -> Imperfections {
-        Imperfections {
-            friction_n: self.plant.friction.0,
-            delay_s: self.plant.delay.0,
-            current_lag_s: self.plant.current_lag.0,
-            sensors: self.sensors,
-        }
-    }
 }
 
 impl Design {
@@ -202,7 +191,7 @@ impl Design {
     }
 
     fn check(&self) -> Result<(), Failure> {
-        let Device { plant, sensors, .. } = &self.device;
+        let BenchDevice { plant, sensors, .. } = &self.device;
         (dynamics(plant).plant(plant.sample_time.0)).map_err(Failure::input)?;
         // The device on which the best is tried.
         MassDamper::<1>::new(*plant).map_err(parameter)?;

@@ -24,11 +24,9 @@ mod upward;
 
 use crate::experiment::reading::remote;
 use crate::experiment::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan};
-use crate::question::analysis::{ANALYSED_CONTROLLER, ANALYSED_TISSUE, law};
-use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
-use crate::run::device::Warn;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use fracdiff::{Order, Scheme};
+use haptic_document::Warn;
 use haptic_document::parameters::range::WALL_ORDERS;
 use haptic_document::parameters::{
     CAMPAIGN, DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION,
@@ -45,6 +43,8 @@ use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Newtons, Seconds};
 use haptic_quantity::{digits, in_five_digits, written};
+use haptic_question::analysis::{ANALYSED_CONTROLLER, ANALYSED_TISSUE, law};
+use haptic_question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use haptic_tissue::Model;
 use haptic_trial::Sensors;
 use haptic_trial::device_table::{samples_fit, without};

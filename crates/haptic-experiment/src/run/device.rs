@@ -3,8 +3,8 @@
 use crate::run::identity::{DeviceIdentity, Told};
 use crate::run::remembered::{Remembered, loosened};
 use haptic_devices::ForeignName;
-use haptic_document::Failure;
 use haptic_document::parameters::{DEVICE, TOUCH_AXES};
+use haptic_document::{Failure, Warn};
 use haptic_link::{Capabilities, Configuration, Hello};
 use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
@@ -19,9 +19,6 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-
-/// Hears what a user should know before a run is over, a sentence each.
-pub(crate) type Warn<'a> = &'a (dyn Fn(&str) + Sync);
 
 /// A device by name.
 ///

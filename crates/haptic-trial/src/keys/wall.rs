@@ -1,10 +1,12 @@
 //! Keys of a wall.
 
 use super::trial::{TRIAL, TRIAL_LOOP};
+use crate::safety::keys::SAFETY;
 use haptic_document::parameters;
 use haptic_document::parameters::range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS};
 use haptic_document::parameters::{
-    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, Parameter, SAMPLE_TIME, joined,
+    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, KeyTable, LESS_THAN_IDEAL, MASS, ON_DEVICE, Parameter,
+    SAMPLE_TIME, joined,
 };
 
 parameters! {
@@ -34,3 +36,11 @@ pub const WALL: &[Parameter] = &joined::<21>(&[
     TRIAL,
     &[MUST_BE_STABLE],
 ]);
+
+/// Keys of the table `[wall]`, under their headings.
+pub const WALL_TABLES: &[KeyTable] = &[
+    ("required", WALL_REQUIRED),
+    ("wall", WALL),
+    ("device", ON_DEVICE),
+    ("safety", SAFETY),
+];

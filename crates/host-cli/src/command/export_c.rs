@@ -15,12 +15,12 @@ use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CHeader, CNumber, HeaderError, WallLaw};
 use haptic_document::Document;
-use haptic_experiment::question::analysis::rate;
 use haptic_experiment::{Failure, Named as _, Precision, parameters as p};
 use haptic_judge::modelled_tissue::ModelledTissue;
 use haptic_judge::modelled_tissue::operator;
 use haptic_loop::Specimen;
 use haptic_quantity::{digits, label, without_unit, written};
+use haptic_question::analysis::rate;
 use haptic_question::control_loop::controller_of;
 use serde_json::{Value, json};
 

@@ -2,12 +2,13 @@
 
 use super::line::Point;
 use super::{Person, Task, asked};
-use crate::question::measurement::drive::{DriveError, Outcome, Stoppable};
-use crate::question::measurement::{MEASURE_FORCE_LIMIT, MeasurePlan};
+use crate::question::measurement::serial::Stoppable;
 use haptic_document::Failure;
 use haptic_loop::units::Seconds;
 use haptic_loop::{Controller, Device, Engaged, Environment, SafetyChain};
 use haptic_quantity::written;
+use haptic_question::measurement::drive::{DriveError, DriveOutcome};
+use haptic_question::measurement::{MEASURE_FORCE_LIMIT, MeasurePlan};
 use haptic_trial::plant_file::calibration::MeasuredNumber;
 use nalgebra::Vector1;
 use num_complex::Complex;
@@ -99,9 +100,9 @@ impl<V: Axis> Handle<'_, V> {
         *self.engaged.controller_mut().law_mut().1 = self.force_n + more_n;
         let done = self.engaged.tick().map_err(DriveError::Device)?;
         let outcome = match done.fault {
-            Some(fault) => Outcome::Fault(fault),
-            None if self.bench.stop.load(Ordering::Relaxed) => Outcome::Interrupted,
-            None => Outcome::Complete,
+            Some(fault) => DriveOutcome::Fault(fault),
+            None if self.bench.stop.load(Ordering::Relaxed) => DriveOutcome::Interrupted,
+            None => DriveOutcome::Complete,
         };
         outcome.require_complete(&self.bench.plan)?;
         let [commanded_n, sensed_n] = self.engaged.device().forces_n(done.force.newtons()[0]);
@@ -128,7 +129,7 @@ impl<V: Axis> Handle<'_, V> {
                 return Ok(Some(seen));
             }
             if way_m < -against_m {
-                Outcome::Against(seen.commanded_n).require_complete(&self.bench.plan)?;
+                DriveOutcome::Against(seen.commanded_n).require_complete(&self.bench.plan)?;
             }
             let left_n = target_n - self.force_n;
             if left_n.abs() <= 0.0 {

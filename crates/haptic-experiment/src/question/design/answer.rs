@@ -8,13 +8,13 @@ use super::{
 };
 use crate::experiment::trial::TrialSetup;
 use crate::experiment::wall::WallExperiment;
-use crate::question::bench::{AskedDevice, for_each_order};
 use fracdiff::{Order, Scheme};
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, lines_of, parameters as p};
 use haptic_judge::preflight::WallContact;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
+use haptic_question::bench::{AskedDevice, for_each_order};
 use haptic_trial::DeviceModel;
 use haptic_trial::keys::trial::{PUSH, TRIAL_FORCE_LIMIT, WINDOW};
 use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};

@@ -1,7 +1,6 @@
 //! One order on the device: the best wall under the requirement, and what the analysis says of it.
 
 use super::{Candidate, Design, Wish};
-use crate::question::bench::{crossings, largest_scales, last, minimum_of, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, Dynamics, Effective, Largest, LoopOperator, NoiseGain, OnePort, RequiredDelta,
@@ -10,6 +9,7 @@ use haptic_analysis::{
 use haptic_document::Failure;
 use haptic_judge::modelled_tissue::{loop_operator, operator};
 use haptic_quantity::digits;
+use haptic_question::bench::{crossings, largest_scales, last, minimum_of, units};
 use haptic_tissue::Model;
 use haptic_trial::device_table::dynamics;
 use std::f64::consts::PI;

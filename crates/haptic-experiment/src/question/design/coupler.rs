@@ -22,7 +22,6 @@ use crate::experiment::coupler::{
     COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
 };
 use crate::experiment::trial::TrialSetup;
-use crate::question::bench::{AskedDevice, for_each_order, minimum_of};
 use crate::{Sensors, TrialPlan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
@@ -34,6 +33,7 @@ use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use haptic_judge::preflight::softer;
 use haptic_judge::settling::Settling;
 use haptic_loop::plant::MassDamperConfig;
+use haptic_question::bench::{AskedDevice, for_each_order, minimum_of};
 use haptic_trial::device_table::dynamics;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -357,9 +357,9 @@ impl CouplerDesign {
 mod tests {
     use super::*;
     use crate::experiment::trial::Trial as _;
-    use crate::question::bench::tests::dissertation_device;
     use fracdiff::Seconds;
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+    use testkit::device::dissertation;
 
     fn design(scheme: &str, criterion: CouplerCriterion, mass: f64, damping: f64) -> CouplerDesign {
         let order = |mu| Order::new(mu).expect("valid");
@@ -367,7 +367,7 @@ mod tests {
             device: MassDamperConfig {
                 mass: Kilograms(mass),
                 damping: NewtonSecondsPerMetre(damping),
-                ..dissertation_device(Seconds(1e-3))
+                ..dissertation(Seconds(1e-3))
             },
             object: CouplerDesign::OBJECT,
             scheme: scheme.parse().expect("a scheme"),

@@ -14,10 +14,10 @@
 use super::bench::Bench;
 use super::{Design, nothing_found};
 use crate::Imperfections;
-use crate::question::bench::{AskedDevice, for_each_order};
 use fracdiff::Order;
 use haptic_analysis::AnalysisError;
 use haptic_document::Failure;
+use haptic_question::bench::{AskedDevice, for_each_order};
 use serde::Serialize;
 use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 use std::sync::atomic::AtomicBool;

@@ -7,8 +7,6 @@ use super::{
     RequireName, WISH, WISH_FREQUENCY, WISH_TISSUE, Wish, WishName,
 };
 use crate::experiment::wall::contact;
-use crate::question::analysis::{ANALYSED_CONTROLLER, law};
-use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
 use haptic_document::parameters::{
     CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SAMPLE_TIME, SCHEME,
@@ -18,6 +16,8 @@ use haptic_document::{Failure, FileError, Table};
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::WallContact;
 use haptic_judge::tissue_table::linear_piece;
+use haptic_question::analysis::{ANALYSED_CONTROLLER, law};
+use haptic_question::bench::{bench, orders, scheme};
 use haptic_trial::keys::trial::TRIAL_FORCE_LIMIT;
 use haptic_trial::keys::wall::{ONE_SIDED, WALL_CONTACT};
 

@@ -1,18 +1,19 @@
 //! A measurement from its document to its report.
 
-use super::drive::{on_serial, on_simulated};
-use super::estimate::{Measured, device_model, estimate};
-use super::response::{ResponseLine, coherent, response, table};
-use super::{MEASURE_DEVICE, MEASUREMENT, MeasurePlan, TABLES};
 use crate::experiment::reading::remote_by;
-use crate::question::bench::SIMULATED;
-use crate::run::device::Warn;
+use crate::question::measurement::serial::on_serial;
 use crate::run::remote::RemoteDevice;
+use haptic_document::Warn;
 use haptic_document::parameters::{DEVICE, DEVICE_MODEL};
 use haptic_document::{Document, Failure, FileError};
 use haptic_log::record::StartTime;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::{digits, written};
+use haptic_question::bench::SIMULATED;
+use haptic_question::measurement::drive::on_simulated;
+use haptic_question::measurement::estimate::{Measured, device_model, estimate};
+use haptic_question::measurement::response::{ResponseLine, coherent, response, table};
+use haptic_question::measurement::{MEASURE_DEVICE, MEASUREMENT, MeasurePlan, TABLES};
 use haptic_trial::device_table::{device, with_devices, without};
 use haptic_trial::plant_file::calibration::{Calibration, MOTOR_FACTOR};
 use haptic_trial::{DeviceModel, Sensors};

@@ -7,11 +7,10 @@ use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
 use crate::experiment::trial::{
     PositionLaw, TrialPlan, force_and_rate, force_limit, thrown, try_out, wall_at_start,
 };
-use crate::question::bench::{AskedDevice, crossings, largest_scales, last, units};
-use crate::run::device::Warn;
 use crate::run::remote::{RemoteDevice, RemoteLaw, device_name, held, portable};
 use fracdiff::{Differintegrator as _, Operator, Order};
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
+use haptic_document::Warn;
 use haptic_document::{Failure, Named as _};
 use haptic_judge::modelled_tissue::{loop_operator, operator};
 use haptic_judge::position_controller::PositionController;
@@ -20,6 +19,7 @@ use haptic_judge::settling::{Criterion, TrialVerdict};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::{Newtons, Seconds};
 use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain, SafetyLimits};
+use haptic_question::bench::{AskedDevice, crossings, largest_scales, last, units};
 use haptic_trial::Sensors;
 use haptic_trial::device_table::{dynamics, encoder_step};
 use rayon::prelude::*;
@@ -759,13 +759,13 @@ impl Theory {
 mod tests {
     use super::*;
     use crate::TrialPlan;
-    use crate::question::bench::tests::dissertation_device;
     use fracdiff::{Scheme, Seconds};
+    use testkit::device::dissertation;
 
     #[test]
     fn an_interrupted_search_keeps_the_points_that_were_done() {
         let experiment = ZWidth {
-            device: dissertation_device(Seconds(2e-3)),
+            device: dissertation(Seconds(2e-3)),
             analysed: None,
             sensors: Sensors::NONE,
             contact: WallContact::Linear,

@@ -3,11 +3,12 @@
 //! A trial that does not test its law is repeated, ten times in all: samples were missing or delayed, or a host, line or tick was late. Then
 //! no more trials are made; nor after twenty in a row that ended at a limit of the device, nor after any fault that the law does not cause.
 
-use crate::run::device::{Warn, at_link, at_port, refused_at_port, trouble};
+use crate::run::device::{at_link, at_port, refused_at_port, trouble};
 use crate::run::realtime::RealtimeOptions;
 use crate::run::remote::{RemoteDevice, RemoteLaw, may_push, within};
 use crate::run::schedule::{Pace, Schedule};
 use haptic_document::Failure;
+use haptic_document::Warn;
 use haptic_document::parameters::{LOOP, TRIAL_DURATION};
 use haptic_judge::settling::{Judge, Settling};
 use haptic_link::{

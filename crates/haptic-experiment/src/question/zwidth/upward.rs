@@ -4,7 +4,7 @@
 //! does not come to rest, and then the interval is halved. With [`CLOSER`] and [`HALVINGS`] a device that has stable walls is not taken
 //! beyond its limits [`TRIPS_IN_A_ROW`](crate::question::zwidth::trials::TRIPS_IN_A_ROW) times in a row on the way.
 
-use crate::question::bench::last;
+use haptic_question::bench::last;
 use serde::{Deserialize, Serialize};
 
 /// Doublings from the softest wall to the stiffest: 3e-4 of it.

@@ -1,7 +1,7 @@
 //! A run to be made on a connected device: judged, configured, then handed to its session.
 
 use super::session::{HostSession, Ready, Steers};
-use crate::run::device::{Warn, firmware_version, refused_at_port};
+use crate::run::device::{firmware_version, refused_at_port};
 use crate::run::folder::FolderRequest;
 use crate::run::record::Record;
 use crate::run::recorder::Recorder;
@@ -11,6 +11,7 @@ use crate::run::schedule::Schedule;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
+use haptic_document::Warn;
 use haptic_document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
 use haptic_document::{Failure, Named};
 use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};

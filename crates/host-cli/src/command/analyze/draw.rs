@@ -1,10 +1,10 @@
 //! Pictures of analyses.
 
 use crate::picture::{Panel, linear, logarithmic as axis, page};
-use haptic_experiment::question::analysis::{
+use haptic_figure::{AxisSpec, FigureError, Look, Picture};
+use haptic_question::analysis::{
     DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
 };
-use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 
 /// The picture of an analysis.
 pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {

@@ -8,7 +8,7 @@ use crate::output::Output;
 use clap::Args;
 use fractional_control::analysis::LoopPoint;
 use haptic_experiment::Failure;
-use haptic_experiment::question::analysis::decibel;
+use haptic_question::analysis::decibel;
 use haptic_question::control_loop::analysis::AnalysisCurve;
 
 /// Judge whether a loop is stable, why and by how much; or list the poles of a plant

@@ -1,10 +1,10 @@
 //! The record over the candidates, and the residuals below.
 
 use crate::picture::{Panel, Points, linear, page, short_name};
-use haptic_experiment::question::analysis::logarithmic;
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
 use haptic_loop::Modulus;
 use haptic_quantity::{digits, written};
+use haptic_question::analysis::logarithmic;
 use haptic_tissue::MeasuredLoading;
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 

@@ -16,8 +16,8 @@
 //!
 //! *Cost*: a least-squares problem a block, 42 numbers from some 1500 samples.
 
-use super::drive::{grown_s, steps};
-use super::{MeasurePlan, MotionRecord};
+use crate::measurement::drive::{grown_s, steps};
+use crate::measurement::{MeasurePlan, MotionRecord};
 use fractional_control::Plant;
 use haptic_trial::plant_file::COHERENT;
 use nalgebra::DMatrix;
@@ -29,17 +29,19 @@ const BLOCKS: usize = 4;
 
 /// A line of the response.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct ResponseLine {
+pub struct ResponseLine {
+    /// ω, rad/s.
     pub omega_rad_s: f64,
     /// |G|, m/N.
     pub gain: f64,
     /// arg G, °, unwrapped from the slowest line on.
     pub phase_deg: f64,
+    /// γ².
     pub coherence: f64,
 }
 
 /// The response at the lines of a plan's multi-sine, slowest first; empty if the record is too short.
-pub(crate) fn response(record: &MotionRecord, plan: &MeasurePlan) -> Vec<ResponseLine> {
+pub fn response(record: &MotionRecord, plan: &MeasurePlan) -> Vec<ResponseLine> {
     let (t, steps) = (record.sample_time_s, steps(plan));
     let steady = record.driven_from + plan.ticks(grown_s()) as usize;
     let apart = steps.windows(2).map(|pair| pair[1] - pair[0]);
@@ -119,12 +121,13 @@ fn amplitudes(
     Some((0..steps.len()).map(|l| (wave(l, 0), wave(l, 1))).collect())
 }
 
-pub(crate) fn coherent(lines: &[ResponseLine]) -> impl Iterator<Item = &ResponseLine> {
+/// The lines whose motion follows the force.
+pub fn coherent(lines: &[ResponseLine]) -> impl Iterator<Item = &ResponseLine> {
     lines.iter().filter(|line| line.coherence >= COHERENT)
 }
 
 /// The coherent lines as a table that `[measured_response]` of a plant takes; `None` if they are too few for it.
-pub(crate) fn table(lines: &[ResponseLine]) -> Option<String> {
+pub fn table(lines: &[ResponseLine]) -> Option<String> {
     let point = |line: &ResponseLine| {
         let response = Complex::from_polar(line.gain, line.phase_deg.to_radians());
         (line.omega_rad_s, response)

@@ -12,19 +12,18 @@
 //!
 //! Source: W. Fu, M. M. van Paassen, M. Mulder, *IEEE Trans. Human-Machine Systems* 48(4), 2018, for thresholds of this form.
 
-use super::answer::{Analysed, DifferencePoint, Drawn, FREQUENCIES_MOST, logarithmic};
-use super::felt::Felt;
-use super::keys::{
+use crate::analysis::answer::{Analysed, DifferencePoint, Drawn, FREQUENCIES_MOST, logarithmic};
+use crate::analysis::felt::Felt;
+use crate::analysis::keys::{
     DIFFERENCE, FELT_HIGH, FELT_LOW, HAND_AMPLITUDE, LEAST_FORCE, OF_A_LAW, POINTS, TRANSPARENCY,
     WEBER_SHARE,
 };
-use crate::experiment::tables;
-use crate::run::document::read_document;
 use fracdiff::num_complex::Complex;
 use haptic_analysis::{WantedNumber, nearest};
 use haptic_document::parameters::{LAW, OTHER_LAW, Parameter};
-use haptic_document::{Failure, Table, rows};
+use haptic_document::{Failure, ReadDocument, Table, rows};
 use haptic_trial::device_table::with_devices;
+use haptic_trial::keys::wall::WALL_TABLES;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -44,8 +43,8 @@ pub(crate) struct Difference {
 }
 
 impl Difference {
-    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
-        let law = match of_file(table, &LAW)? {
+    pub(super) fn of(table: &Table<'_>, read: ReadDocument) -> Result<Self, Failure> {
+        let law = match of_file(table, &LAW, read)? {
             Some(law) => {
                 let mut keys = OF_A_LAW.iter().flat_map(|keys| keys.1);
                 if let Some(key) = keys.find(|key| table.has(key)) {
@@ -57,7 +56,7 @@ impl Difference {
             None => Felt::through_device(table)?,
         };
         let [low, high] = [table.number(&FELT_LOW)?, table.number(&FELT_HIGH)?];
-        let other = of_file(table, &OTHER_LAW)?;
+        let other = of_file(table, &OTHER_LAW, read)?;
         let times = [&law].into_iter().chain(&other).map(Felt::sample_time_s);
         let most = times.map(|t| 0.5 / t).fold(f64::INFINITY, f64::min);
         if !(low < high && high <= most) {
@@ -76,7 +75,7 @@ impl Difference {
         })
     }
 
-    pub(super) fn answer(&self) -> Result<Analysed, Failure> {
+    pub(crate) fn answer(&self) -> Result<Analysed, Failure> {
         let omegas: Vec<f64> = self.frequencies_hz.iter().map(|hz| TAU * hz).collect();
         let felt = |law: &Felt| -> Result<Vec<Complex<f64>>, Failure> {
             let felt = omegas.iter();
@@ -151,18 +150,22 @@ impl Difference {
 }
 
 /// The law of the file that a key names.
-fn of_file(table: &Table<'_>, key: &Parameter) -> Result<Option<Felt>, Failure> {
+fn of_file(
+    table: &Table<'_>,
+    key: &Parameter,
+    read: ReadDocument,
+) -> Result<Option<Felt>, Failure> {
     let Some(path) = table.file(key)? else {
         return Ok(None);
     };
-    let document = read_document(&path)?;
+    let document = read(&path)?;
     let parsed = document.parse()?;
     let words = format!("a law has one of [{}]", LAWS.join("], ["));
     let (kind, law, _) = parsed.one_of(&LAWS, &[], "law", &words)?;
     let keys = match kind {
         "analyze-transparency" => TRANSPARENCY,
         "analyze-difference" => DIFFERENCE,
-        _ => tables(kind).unwrap_or_default(),
+        _ => WALL_TABLES,
     };
     Felt::through_device(&with_devices(law.with_keys(keys)?)?).map(Some)
 }

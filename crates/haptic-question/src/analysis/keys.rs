@@ -50,12 +50,12 @@ parameters! {
 }
 
 // The parts of a device that an analysis knows only if they are given.
-pub(super) const ANALYSED_MASS: Parameter = MASS.without_default();
-pub(super) const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
-pub(super) const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
-pub(super) const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
-pub(super) const ANALYSED_DELAY: Parameter = DELAY.without_default();
-pub(super) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
+pub(crate) const ANALYSED_MASS: Parameter = MASS.without_default();
+pub(crate) const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
+pub(crate) const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
+pub(crate) const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
+pub(crate) const ANALYSED_DELAY: Parameter = DELAY.without_default();
+pub(crate) const ANALYSED_LAG: Parameter = CURRENT_LAG.without_default();
 
 #[rustfmt::skip]
 const WALL: KeyTable = ("Wall", &[ORDER, ANALYSED_SCHEME, STIFFNESS, DISSIPATION, ANALYSED_SAMPLE_TIME]);
@@ -104,7 +104,7 @@ pub const ENVIRONMENT: &[KeyTable] = &[WALL, IN_PLACE, OMEGAS];
 /// Keys of the impedance of a wall behind a device or a plant.
 pub const TRANSPARENCY: &[KeyTable] = &[WALL, IN_PLACE, THROUGH_DEVICE, ON_PLANT, OMEGAS];
 /// Keys of a law that a hand feels through a device.
-pub(super) const OF_A_LAW: &[KeyTable] = &[WALL, IN_PLACE, THROUGH_DEVICE];
+pub(crate) const OF_A_LAW: &[KeyTable] = &[WALL, IN_PLACE, THROUGH_DEVICE];
 /// Keys of the difference of two laws.
 pub const DIFFERENCE: &[KeyTable] = &[
     ("Laws", &[LAW, OTHER_LAW]),

@@ -1,38 +1,25 @@
 //! The excitation on a device, through the safety chain, to its end or to whatever ends it.
 
-use super::{
-    HELD, MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MeasuredAxis, MotionRecord,
-    OwnLimits,
-};
-use crate::run::device::{Warn, at_link, at_port, firmware_version, refused_at_port};
-use crate::run::realtime::RealtimeOptions;
-use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, push};
-use crate::run::schedule::{Pace, Schedule};
-use haptic_document::{Failure, Named as _};
-use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
+use crate::measurement::{HELD, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MotionRecord};
+use haptic_document::Failure;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Seconds;
-use haptic_loop::{
-    Controller, Device, Environment, Fault, LoopParameterError, Reading, SafeForce, SafetyChain,
-};
+use haptic_loop::{Controller, Device, Environment, Fault, LoopParameterError, SafetyChain};
 use haptic_quantity::{digits, written};
-use haptic_remote::LinkError;
-use haptic_remote::serial::{SerialError, SerialLink};
 use haptic_trial::Sensors;
-use haptic_trial::ending::Lateness;
 use nalgebra::{SVector, Vector1};
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub(in crate::question) const INTERRUPTED: &str =
-    "interrupted: the force is zero, nothing was written";
+/// End of a measurement that somebody stopped, in words.
+pub const INTERRUPTED: &str = "interrupted: the force is zero, nothing was written";
 
 /// The end of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Outcome {
+pub enum DriveOutcome {
     /// The multi-sine came to its end.
     Complete,
+    /// Somebody stopped it.
     Interrupted,
     /// The safety chain latched a fault.
     Fault(Fault),
@@ -46,15 +33,16 @@ pub(crate) enum Outcome {
 
 /// A motion, and how it ended; the force is zero.
 #[derive(Clone, Debug)]
-pub(crate) struct Driven {
+pub struct Driven {
     /// The motion up to there.
     pub record: MotionRecord,
-    pub outcome: Outcome,
+    /// Its end.
+    pub outcome: DriveOutcome,
 }
 
 /// A measurement that could not be made.
 #[derive(Debug)]
-pub(crate) enum DriveError<E> {
+pub enum DriveError<E> {
     /// Limits that make no safety chain.
     Plan(LoopParameterError),
     /// It was ended, in words.
@@ -70,12 +58,12 @@ impl<E> From<Failure> for DriveError<E> {
 }
 
 /// Time in which the slow group reaches its size where nothing makes it smaller, s.
-pub(super) fn grown_s() -> f64 {
+pub(crate) fn grown_s() -> f64 {
     -GROWS_S * libm::log(BEGINS)
 }
 
 /// Lines of the multi-sine, slowest first, radians a sample.
-pub(super) fn steps(plan: &MeasurePlan) -> Vec<f64> {
+pub(crate) fn steps(plan: &MeasurePlan) -> Vec<f64> {
     let Excitation { slow, fast, .. } = Excitation::new(*plan);
     slow.iter().chain(&fast).map(|line| line.step).collect()
 }
@@ -84,7 +72,10 @@ pub(super) fn steps(plan: &MeasurePlan) -> Vec<f64> {
 /// `progress` hears the number of ticks.
 ///
 /// Whatever ends it, the force is zero when this returns.
-pub(crate) fn drive<V: Device<f64, 1>>(
+///
+/// # Errors
+/// A device that did not follow, or limits that make no safety chain.
+pub fn drive<V: Device<f64, 1>>(
     plan: &MeasurePlan,
     device: &mut V,
     applied: &mut dyn FnMut(&V, f64) -> f64,
@@ -137,30 +128,33 @@ pub(crate) fn drive<V: Device<f64, 1>>(
 }
 
 /// Reason to end, if there is one.
-fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Outcome> {
+fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<DriveOutcome> {
     if let Some(fault) = fault {
         // At rest there is no force yet that could have moved it.
         let moves = matches!(fault, Fault::Workspace | Fault::Velocity);
         return Some(if moves && course.phase == Phase::Rest {
-            Outcome::MovesByItself
+            DriveOutcome::MovesByItself
         } else if fault == Fault::PositionStuck {
-            Outcome::Blocked(course.began_to_move_n())
+            DriveOutcome::Blocked(course.began_to_move_n())
         } else {
-            Outcome::Fault(fault)
+            DriveOutcome::Fault(fault)
         });
     }
     if course.finding.is_some() {
         return course.finding;
     }
     if stop.load(Ordering::Relaxed) {
-        return Some(Outcome::Interrupted);
+        return Some(DriveOutcome::Interrupted);
     }
-    (course.phase == Phase::Over).then_some(Outcome::Complete)
+    (course.phase == Phase::Over).then_some(DriveOutcome::Complete)
 }
 
-impl Outcome {
+impl DriveOutcome {
     /// Refuses all but a measurement that came to its end.
-    pub(crate) fn require_complete(self, plan: &MeasurePlan) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// An end before the last of the multi-sine, in words, and what to change.
+    pub fn require_complete(self, plan: &MeasurePlan) -> Result<(), Failure> {
         let in_newtons = |force_n| written("force_n", force_n);
         let force = in_newtons(plan.force_n());
         let box_mm = 1e3 * plan.box_m;
@@ -217,11 +211,11 @@ fn two_digits_up(value: f64) -> f64 {
 
 impl MeasurePlan {
     /// The refusal of a motion that determines no device, as friction took most of the force.
-    pub(super) fn held_back(&self, record: &MotionRecord) -> Option<Failure> {
+    pub fn held_back(&self, record: &MotionRecord) -> Option<Failure> {
         let (up_n, down_n) = record.breakaway_n?;
         let friction_n = f64::max(up_n, -down_n);
         let held = self.force_n() < Self::KEEPS_MOVING * friction_n;
-        held.then(|| Outcome::Blocked(Some(friction_n)).require_complete(self))?
+        held.then(|| DriveOutcome::Blocked(Some(friction_n)).require_complete(self))?
             .err()
     }
 
@@ -251,7 +245,10 @@ impl MeasurePlan {
 }
 
 /// Measures a simulated device in virtual time.
-pub(crate) fn on_simulated(
+///
+/// # Errors
+/// A device that cannot be simulated; a measurement that was stopped.
+pub fn on_simulated(
     plan: &MeasurePlan,
     device: MassDamperConfig,
     sensors: Sensors,
@@ -360,7 +357,7 @@ struct Course {
     /// Lowest and highest position since the last check, m.
     seen: (f64, f64),
     /// Reason to end before the planned time.
-    finding: Option<Outcome>,
+    finding: Option<DriveOutcome>,
 }
 
 impl Course {
@@ -429,7 +426,7 @@ impl Excitation {
     }
 
     /// Ends the measurement, if the device does what it must not.
-    fn find(course: &mut Course, finding: Outcome, position_m: f64) {
+    fn find(course: &mut Course, finding: DriveOutcome, position_m: f64) {
         course.finding = Some(finding);
         Self::enter(course, Phase::Over, position_m);
     }
@@ -444,7 +441,7 @@ impl Excitation {
                 // A hand trembles.
                 let most = if plan.hand { 10.0 * rests } else { rests };
                 if moved > most {
-                    Self::find(course, Outcome::MovesByItself, position_m);
+                    Self::find(course, DriveOutcome::MovesByItself, position_m);
                 } else if course.since >= plan.ticks(MeasurePlan::REST_S) {
                     self.go_on(course, position_m);
                 }
@@ -455,7 +452,7 @@ impl Excitation {
                 let is_there = course.to_middle_m(ahead_m) * went <= 0.0;
                 let moved = position_m - course.from_m;
                 if moved * went < 0.0 && moved.abs() > moves {
-                    Self::find(course, Outcome::Against(course.pull_n), position_m);
+                    Self::find(course, DriveOutcome::Against(course.pull_n), position_m);
                 } else if is_there || course.since > plan.ticks(MeasurePlan::CENTRE_S) {
                     course.centred = true;
                     Self::enter(course, Phase::Fall(course.pull_n), position_m);
@@ -469,12 +466,12 @@ impl Excitation {
                     if course.since > plan.ticks(MeasurePlan::RAMP_S) {
                         Self::find(
                             course,
-                            Outcome::Blocked(course.began_to_move_n()),
+                            DriveOutcome::Blocked(course.began_to_move_n()),
                             position_m,
                         );
                     }
                 } else if direction * (position_m - course.from_m) < 0.0 && !plan.hand {
-                    Self::find(course, Outcome::Against(force), position_m);
+                    Self::find(course, DriveOutcome::Against(force), position_m);
                 } else {
                     course.moved_at_n[usize::from(direction < 0.0)] = Some(force);
                     course.centred = false;
@@ -540,7 +537,7 @@ impl Excitation {
             if course.seen.1 - course.seen.0 < STILL.0 * course.slow * plan.near_m() {
                 Self::find(
                     course,
-                    Outcome::Blocked(course.began_to_move_n()),
+                    DriveOutcome::Blocked(course.began_to_move_n()),
                     position_m,
                 );
                 return;
@@ -599,190 +596,9 @@ impl Environment<f64, 1> for Excitation {
     }
 }
 
-/// Measures a serial device. Its own limits hold too, where they are tighter.
-///
-/// The delay that is found is the device's own: the line is not in it, as the force of each tick is the one that the device says it applied.
-pub(crate) fn on_serial(
-    plan: &MeasurePlan,
-    remote: &RemoteDevice,
-    warn: Warn<'_>,
-    progress: &dyn Fn(u64),
-    stop: &Arc<AtomicBool>,
-) -> Result<(MotionRecord, String, MeasurePlan), Failure> {
-    let (mut link, set, plan) = opened(plan, remote, warn, stop)?;
-    let mut applied = |axis: &Stoppable<'_>, _sent: f64| axis.forces_n()[0];
-    let driven = armed(&plan, remote, &mut link, &set, warn, stop, |axis| {
-        let driven = drive(&plan, axis, &mut applied, progress, stop)?;
-        driven.outcome.require_complete(&plan)?;
-        Ok(driven)
-    });
-    let driven = driven.map_err(|failure| at_link(&link, failure))?;
-    let can = link.capabilities();
-    let simulated = if can.simulated { " (simulated)" } else { "" };
-    let firmware = firmware_version(link.hello());
-    let board = format!("{} {firmware}{simulated}", can.board());
-    Ok((driven.record, board, plan))
-}
-
-/// Connects to the device of a plan; its loop is closed here. It gets the limits back that it has forgotten, and its link speaks of true
-/// newtons if they are known. With it go what is set on it, and the plan within its limits.
-pub(in crate::question) fn opened(
-    plan: &MeasurePlan,
-    remote: &RemoteDevice,
-    warn: Warn<'_>,
-    stop: &Arc<AtomicBool>,
-) -> Result<(SerialLink, Configuration, MeasurePlan), Failure> {
-    let mut link = (remote.name).connect_all(None, remote.patience, warn, Some(stop))?;
-    remote.calibrate(&mut link)?;
-    let axes = link.capabilities().axes;
-    let MeasuredAxis(axis) = plan.axis;
-    if axis >= usize::from(axes) {
-        return Err(Failure::bad_input(format_args!(
-            "`{}` = {} is not on {}, which has {axes} {}: omit it",
-            MEASURE_AXIS.key,
-            plan.axis.name(),
-            remote.name,
-            if axes == 1 { "axis" } else { "axes" },
-        )));
-    }
-    let set = link.configuration();
-    let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
-    let plan = plan.within(OwnLimits::of(&set.limits, plan.axis));
-    Ok((link, set, plan))
-}
-
-/// From limits to rest: what `conduct` does with the axis of an armed device, within the limits of the plan.
-pub(in crate::question) fn armed<T>(
-    plan: &MeasurePlan,
-    remote: &RemoteDevice,
-    link: &mut SerialLink,
-    set: &Configuration,
-    warn: Warn<'_>,
-    stop: &AtomicBool,
-    conduct: impl FnOnce(&mut Stoppable<'_>) -> Result<T, DriveError<SerialError>>,
-) -> Result<T, Failure> {
-    let path = link.path().to_owned();
-    let problem = |error| refused_at_port(&path, error);
-    // The box is about the start, which is not known yet: the chain here watches over it.
-    let limits = haptic_loop::SafetyLimits {
-        workspace: None,
-        ..plan.limits(0.0)
-    };
-    let simulation = Simulation {
-        kind: SimulationKind::MassDamper,
-        ..push(0.0)
-    };
-    let law = RemoteLaw::bare(limits, simulation);
-    let remote = &RemoteDevice {
-        loop_mode: LoopMode::Host,
-        ..remote.clone()
-    };
-    let schedule = Schedule {
-        samples: plan.ticks_at_most(),
-        sample_time_s: plan.sample_time_s,
-        pace: Pace::Realtime(RealtimeOptions::default()),
-    };
-    let configuration = agreed(remote, &law, schedule, link, set, &|text| warn(text))?;
-    link.set_for(configuration, &law.operator.1, Scope::Run)
-        .map_err(problem)?;
-    link.arm(remote.watchdog()).map_err(problem)?;
-    link.start(Start::ENDLESS).map_err(problem)?;
-    let mut stoppable = Stoppable {
-        axes: link.capabilities().axes,
-        axis: plan.axis.0,
-        link,
-        stop,
-    };
-    let done = conduct(&mut stoppable);
-    // After an error too: dropped, the link does it once more.
-    let disarmed = link.disarm();
-    let rests = disarmed.is_ok() && link.wait_for_rest();
-    if let (None, Some(trouble)) = (link.lost_board(), link.trouble()) {
-        warn(&trouble.words);
-    }
-    let done = done.map_err(|error| match error {
-        DriveError::Plan(error) => Failure::input(error),
-        DriveError::Said(failure) => failure,
-        DriveError::Device(error) => {
-            let stopped = error == LinkError::Stopped.into();
-            if stopped && rests {
-                return Failure::run(INTERRUPTED);
-            }
-            too_busy(&error, remote.lateness()).unwrap_or_else(|| at_port(&path, &error))
-        }
-    })?;
-    disarmed.map_err(problem)?;
-    Ok(done)
-}
-
-/// An axis of a link whose loop hears who stops it, even where no sample comes.
-pub(in crate::question) struct Stoppable<'a> {
-    link: &'a mut SerialLink,
-    stop: &'a AtomicBool,
-    axes: u8,
-    axis: usize,
-}
-
-impl Stoppable<'_> {
-    /// Force that the device says it applied in the newest tick, and the reading of its force sensor then, N; NaN without one.
-    pub(in crate::question) fn forces_n(&self) -> [f64; 2] {
-        let newest = self.link.newest();
-        let applied = newest.axes.get(self.axis).map_or(0.0, |axis| axis.force_n);
-        let sensed = newest.sensed_force_n.get(self.axis).copied();
-        [applied, sensed.unwrap_or(f32::NAN)].map(f64::from)
-    }
-
-    fn read_of<const D: usize>(&mut self) -> Result<Reading<f64, 1>, SerialError> {
-        let reading: Reading<f64, D> = self.link.read_or_stop(self.stop)?;
-        Ok(Reading {
-            tick: reading.tick,
-            time_s: reading.time_s,
-            position_m: SVector::from([reading.position_m[self.axis]]),
-        })
-    }
-}
-
-impl Device<f64, 1> for Stoppable<'_> {
-    type Error = SerialError;
-
-    fn read(&mut self) -> Result<Reading<f64, 1>, SerialError> {
-        match self.axes {
-            2 => self.read_of::<2>(),
-            3 => self.read_of::<3>(),
-            _ => self.read_of::<1>(),
-        }
-    }
-
-    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), SerialError> {
-        match self.axes {
-            2 => self.link.write(force.on_axis::<2>(self.axis)),
-            3 => self.link.write(force.on_axis::<3>(self.axis)),
-            _ => self.link.write(force),
-        }
-    }
-
-    fn let_go(&mut self) {
-        match self.axes {
-            2 => Device::<f64, 2>::let_go(self.link),
-            3 => Device::<f64, 3>::let_go(self.link),
-            _ => Device::<f64, 1>::let_go(self.link),
-        }
-    }
-}
-
-/// A fault that the machine makes, and no device: with its remedy.
-fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
-    let SerialError::Link(LinkError::Faulted(report)) = error else {
-        return None;
-    };
-    let advice = lateness.advice(Fault::from_code(report.status.fault)?)?;
-    Some(Failure::run(format_args!("{error}{advice}")))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::remote::bad_line_tests::reported;
 
     #[test]
     fn who_leaves_the_box_before_there_is_a_force_moves_by_itself() {
@@ -794,13 +610,13 @@ mod tests {
         };
         for fault in [Fault::Workspace, Fault::Velocity] {
             let itself = seen(Phase::Rest, fault);
-            assert_eq!(itself, Some(Outcome::MovesByItself), "{fault}");
+            assert_eq!(itself, Some(DriveOutcome::MovesByItself), "{fault}");
             let driven = seen(Phase::Driven, fault);
-            assert_eq!(driven, Some(Outcome::Fault(fault)));
+            assert_eq!(driven, Some(DriveOutcome::Fault(fault)));
         }
         // A sensor that jumps is none that moves.
         let jump = seen(Phase::Rest, Fault::PositionJump);
-        assert_eq!(jump, Some(Outcome::Fault(Fault::PositionJump)));
+        assert_eq!(jump, Some(DriveOutcome::Fault(Fault::PositionJump)));
     }
 
     #[test]
@@ -820,19 +636,7 @@ mod tests {
                 let read_m = if tick.is_multiple_of(2) { 0.0 } else { step_m };
                 law.advance(&mut course, &Vector1::new(read_m));
             }
-            assert_eq!(course.finding, Some(Outcome::Blocked(None)), "{box_m}");
+            assert_eq!(course.finding, Some(DriveOutcome::Blocked(None)), "{box_m}");
         }
-    }
-
-    #[test]
-    fn a_fault_of_a_busy_machine_says_what_to_allow() {
-        let lateness = Lateness {
-            watchdog_ms: 20,
-            max_age_ticks: 10,
-        };
-        let error = LinkError::Faulted(reported(Fault::HostSilent)).into();
-        let failure = too_busy(&error, lateness).expect("the machine was busy");
-        assert!(matches!(failure, Failure::Run(_)));
-        assert!(failure.to_string().ends_with("`watchdog_s` = 0.1"));
     }
 }

@@ -4,21 +4,21 @@
 
 mod random_devices;
 
-use super::MeasuredAxis;
-use super::drive::{Driven, Outcome, drive, on_simulated};
-use super::estimate::{MeasureError, Measured, device_model, estimate};
-use super::response::{coherent, response};
-use super::{
-    MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MeasurePlan,
-    Measurement, MotionRecord, OwnLimits,
+use crate::measurement::MeasuredAxis;
+use crate::measurement::drive::{DriveOutcome, Driven, drive, on_simulated};
+use crate::measurement::estimate::{MeasureError, Measured, device_model, estimate};
+use crate::measurement::response::{coherent, response};
+use crate::measurement::{
+    MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MEASUREMENT,
+    MeasurePlan, MotionRecord, OwnLimits, TABLES,
 };
-use crate::Sensors;
 use fracdiff::Seconds;
 use haptic_document::Document;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_trial::DeviceModel;
+use haptic_trial::Sensors;
 use nalgebra::Vector1;
 use num_complex::Complex;
 use std::convert::Infallible;
@@ -155,7 +155,7 @@ fn found(record: &MotionRecord, hand: bool) -> Measured {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn friction_of_another_make_is_found_too_and_lost_samples_do_no_harm() {
     let driven = Fine::new(usual(), 16).drive(&short());
-    assert_eq!(driven.outcome, Outcome::Complete);
+    assert_eq!(driven.outcome, DriveOutcome::Complete);
     let mut record = driven.record;
     let measured = found(&record, false);
     is_usual(&measured);
@@ -317,7 +317,7 @@ fn the_frequency_response_is_that_of_the_device_and_its_coherence_tells_friction
     );
     // Rubbing follows the whole motion, so no line tells its own.
     let rubbing = lines(0.5);
-    let coherence = |lines: &[super::response::ResponseLine]| {
+    let coherence = |lines: &[crate::measurement::response::ResponseLine]| {
         (lines.iter()).fold(1.0, |least, line| f64::min(least, line.coherence))
     };
     assert!(coherence(&rubbing) < coherence(&free) - 0.02, "{rubbing:?}");
@@ -340,7 +340,7 @@ fn a_device_that_is_blocked_or_moves_by_itself_is_let_go_and_the_reason_said() {
         ..usual()
     };
     let driven = Fine::new(blocked, 1).drive(&plan);
-    assert_eq!(driven.outcome, Outcome::Blocked(None));
+    assert_eq!(driven.outcome, DriveOutcome::Blocked(None));
     assert_eq!(
         refusal(&driven, &plan),
         "the device does not move under 2 N, and the force is zero: free it, or give `force_limit_n` = 20"
@@ -349,7 +349,7 @@ fn a_device_that_is_blocked_or_moves_by_itself_is_let_go_and_the_reason_said() {
     let mut sliding = Fine::new(usual(), 1);
     sliding.plant.set_external_force(Vector1::new(0.5));
     let driven = sliding.drive(&plan);
-    assert_eq!(driven.outcome, Outcome::MovesByItself);
+    assert_eq!(driven.outcome, DriveOutcome::MovesByItself);
     assert!(driven.record.largest_force_n() <= 0.0);
     assert!(refusal(&driven, &plan).starts_with("the device moves by itself"));
 }
@@ -376,10 +376,10 @@ fn what_friction_holds_is_told_the_friction_and_a_force_that_moves_it() {
             };
             loop {
                 let driven = Fine::new(device, 4).drive(&plan);
-                let Outcome::Blocked(began_n) = driven.outcome else {
+                let DriveOutcome::Blocked(began_n) = driven.outcome else {
                     assert_eq!(
                         driven.outcome,
-                        Outcome::Complete,
+                        DriveOutcome::Complete,
                         "{mass} {friction} {share}"
                     );
                     break;
@@ -412,7 +412,7 @@ fn what_friction_holds_is_told_the_friction_and_a_force_that_moves_it() {
             ..short().within(own)
         };
         let driven = Fine::new(rubbing, 4).drive(&plan);
-        (driven.outcome != Outcome::Complete).then(|| refusal(&driven, &plan))
+        (driven.outcome != DriveOutcome::Complete).then(|| refusal(&driven, &plan))
     };
     let none = OwnLimits::NONE;
     for (force_n, force_rate_n_per_s, words) in [
@@ -444,7 +444,10 @@ fn a_device_that_counts_the_wrong_way_is_said_to_before_it_has_gone_far() {
     for own in [OwnLimits::NONE, beside_an_end()] {
         let plan = short().within(own);
         let driven = reversed.drive(&plan);
-        assert!(matches!(driven.outcome, Outcome::Against(_)), "{driven:?}");
+        assert!(
+            matches!(driven.outcome, DriveOutcome::Against(_)),
+            "{driven:?}"
+        );
         let message = refusal(&driven, &plan);
         assert!(
             message.contains("moved against a force") && message.contains("swap"),
@@ -473,7 +476,11 @@ fn a_device_is_measured_about_the_middle_of_its_box_and_the_box_is_within_its_wo
             };
             let plan = short().within(own);
             let driven = Fine::new(device, 4).drive(&plan);
-            assert_eq!(driven.outcome, Outcome::Complete, "{friction} {middle_m}");
+            assert_eq!(
+                driven.outcome,
+                DriveOutcome::Complete,
+                "{friction} {middle_m}"
+            );
             let from_m = driven.record.position_m[driven.record.driven_from];
             assert!(
                 (from_m - middle_m).abs() < 1e-3,
@@ -499,7 +506,7 @@ fn a_device_that_flies_off_ends_in_a_fault_without_force_and_the_reason_said() {
         ..usual()
     };
     let driven = Fine::new(light, 1).drive(&plan);
-    let Outcome::Fault(fault) = driven.outcome else {
+    let DriveOutcome::Fault(fault) = driven.outcome else {
         panic!("{:?}", driven.outcome);
     };
     assert!(
@@ -519,7 +526,7 @@ fn a_stop_lets_the_force_fall_to_zero() {
     let mut stopped = Fine::new(usual(), 1);
     stopped.stop_after = Some((3000, &STOP));
     let driven = stopped.drive(&short());
-    assert_eq!(driven.outcome, Outcome::Interrupted);
+    assert_eq!(driven.outcome, DriveOutcome::Interrupted);
     // 0.1 s of falling force and a tick.
     assert!(
         stopped.written_n.len() < 3105,
@@ -539,7 +546,11 @@ fn a_plan_outside_its_ranges_is_refused() {
         "#,
     ) {
         let document = Document::of_text(Path::new("m.toml"), &format!("[measure]\n{line}\n"));
-        let message = Measurement::open(&document).expect_err(&want).to_string();
+        let parsed = document.parse().expect("a document");
+        let table = parsed.one_of(&[MEASUREMENT], &[], "measurement", "");
+        let table = table.expect("a measurement").1.with_keys(&TABLES);
+        let refused = MeasurePlan::read(&table.expect("its keys")).expect_err(&want);
+        let message = refused.to_string();
         assert!(
             message.starts_with(&format!("m.toml:2: {want}")),
             "{message}"

@@ -1,6 +1,5 @@
 //! Parts that questions share: the device with its keys, orders and scheme, and a search that can be stopped.
 
-use crate::Sensors;
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::{SampledLoop, StableArea};
 use haptic_document::parameters::{
@@ -12,38 +11,61 @@ use haptic_loop::plant::MassDamperConfig;
 use haptic_trial::advice::check;
 use haptic_trial::device_table::device;
 use haptic_trial::keys::trial::TRIAL_FORCE_LIMIT;
+use haptic_trial::{Imperfections, Sensors};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub(crate) const SIMULATED: &[Parameter] = &joined::<10>(&[
+/// Keys of a simulated device.
+pub const SIMULATED: &[Parameter] = &joined::<10>(&[
     &[DEVICE_MODEL, MASS, DAMPING, HAND_STIFFNESS],
     LESS_THAN_IDEAL,
 ]);
 
 /// The device of Z-width and design.
-pub(crate) const BENCH: &[Parameter] =
-    &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);
+pub const BENCH: &[Parameter] = &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);
 
+/// The device of a search, its sensors and its largest force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Device {
+pub struct BenchDevice {
     /// Mass, damping, hand and sample time; delay, current lag and friction.
     pub plant: MassDamperConfig,
+    /// Encoder and noise.
     pub sensors: Sensors,
+    /// Largest force of the actuator, N.
     pub force_limit_n: f64,
+}
+
+impl BenchDevice {
+    /// Everything about it that is less than ideal.
+    #[must_use]
+    pub fn imperfections(&self) -> Imperfections {
+        Imperfections {
+            friction_n: self.plant.friction.0,
+            delay_s: self.plant.delay.0,
+            current_lag_s: self.plant.current_lag.0,
+            sensors: self.sensors,
+        }
+    }
 }
 
 /// The device of a question, repeated in its answer, where a wrong unit shows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AskedDevice {
+    /// m, kg.
     pub mass_kg: f64,
+    /// b, N·s/m.
     pub damping_n_s_per_m: f64,
+    /// k of the hand, N/m.
     pub hand_stiffness_n_per_m: f64,
+    /// T, s.
     pub sample_time_s: f64,
 }
 
 impl AskedDevice {
-    pub(super) const fn of(device: &MassDamperConfig) -> Self {
+    /// The numbers of a device.
+    #[must_use]
+    pub const fn of(device: &MassDamperConfig) -> Self {
         Self {
             mass_kg: device.mass.0,
             damping_n_s_per_m: device.damping.0,
@@ -54,23 +76,30 @@ impl AskedDevice {
 }
 
 /// m/T² and m/T^(2−μ): N/m of α = 1 and N·s^μ/m of β = 1.
-pub(super) fn units(device: &MassDamperConfig, order: Order) -> (f64, f64) {
+pub fn units(device: &MassDamperConfig, order: Order) -> (f64, f64) {
     let (m, t) = (device.mass.0, device.sample_time.0);
     (m / (t * t), m / libm::pow(t, 2.0 - order.get()))
 }
 
-/// With the sample time of a law that brings one.
-pub(super) fn bench(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<Device, FileError> {
+/// The device of a table, with the sample time of a law that brings one.
+///
+/// # Errors
+/// A value that is wrong, with its place.
+pub fn bench(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<BenchDevice, FileError> {
     let sample_time_s = sample_time_s.map_or_else(|| table.number(&SAMPLE_TIME), Ok)?;
     let (plant, sensors) = device(table, sample_time_s)?;
-    Ok(Device {
+    Ok(BenchDevice {
         plant,
         sensors,
         force_limit_n: table.number(&TRIAL_FORCE_LIMIT)?,
     })
 }
 
-pub(super) fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
+/// The scheme of a table; the exact derivative is refused, which cannot be rendered.
+///
+/// # Errors
+/// A value that is wrong, with its place.
+pub fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
     let scheme = table.scheme(&SCHEME)?;
     if scheme == Scheme::Exact {
         return Err(table.fail_at(SCHEME.key, SchemeError::AnalysisOnly.to_string()));
@@ -78,7 +107,11 @@ pub(super) fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
     Ok(scheme)
 }
 
-pub(super) fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Order>, FileError> {
+/// The orders that a key lists.
+///
+/// # Errors
+/// A value that is wrong, with its place.
+pub fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Order>, FileError> {
     let given = table.numbers_if(parameter)?;
     let numbers = given.unwrap_or_else(|| parameter.default_numbers());
     let orders: Result<_, _> = numbers.into_iter().map(Order::new).collect();
@@ -86,7 +119,10 @@ pub(super) fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Ord
 }
 
 /// Refuses an empty list, and orders that a wall cannot have.
-pub(super) fn check_orders(orders: &[Order], parameter: &Parameter) -> Result<(), Failure> {
+///
+/// # Errors
+/// No order, or one out of range, with the parameter to change.
+pub fn check_orders(orders: &[Order], parameter: &Parameter) -> Result<(), Failure> {
     if orders.is_empty() {
         return Err(Failure::bad_input(format_args!(
             "no order was given: give {parameter}, as in 0, 0.5, 1"
@@ -96,7 +132,10 @@ pub(super) fn check_orders(orders: &[Order], parameter: &Parameter) -> Result<()
 }
 
 /// The answer for each order, on all cores; `progress` hears of each that is done, `stop` ends it before the next.
-pub(super) fn for_each_order<T: Send>(
+///
+/// # Errors
+/// The first of the orders that has one; a search that was stopped.
+pub fn for_each_order<T: Send>(
     orders: &[Order],
     stop: &AtomicBool,
     progress: &(dyn Fn(u64) + Sync),
@@ -121,7 +160,7 @@ pub(super) fn for_each_order<T: Send>(
 }
 
 /// The last place at which something holds on the way to one at which it does not, after `halvings` halvings.
-pub(super) fn last(mut from: f64, mut to: f64, halvings: u32, holds: impl Fn(f64) -> bool) -> f64 {
+pub fn last(mut from: f64, mut to: f64, halvings: u32, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..halvings {
         let middle = 0.5 * (from + to);
         *(if holds(middle) { &mut from } else { &mut to }) = middle;
@@ -130,7 +169,10 @@ pub(super) fn last(mut from: f64, mut to: f64, halvings: u32, holds: impl Fn(f64
 }
 
 /// The place of the one minimum of a function between two places, by golden sections.
-pub(super) fn minimum_of<E>(
+///
+/// # Errors
+/// Those of the function.
+pub fn minimum_of<E>(
     mut low: f64,
     mut high: f64,
     sections: usize,
@@ -152,14 +194,14 @@ pub(super) fn minimum_of<E>(
 const LEAST_SCALE: f64 = 1e-6;
 
 /// The largest factors up to `most` with which a loop is stable: the first, if smaller ones are unstable, and the edge.
-pub(super) fn largest_scales(closed: &SampledLoop<'_>, most: f64) -> Option<(Option<f64>, f64)> {
+pub fn largest_scales(closed: &SampledLoop<'_>, most: f64) -> Option<(Option<f64>, f64)> {
     let stable = closed.stable_factors([LEAST_SCALE.min(1e-6 * most), most]);
     let [from, edge] = *stable.last()?;
     Some(((from > LEAST_SCALE).then_some(from), edge))
 }
 
 /// Values of α at which the boundary has this β, the least first.
-pub(super) fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
+pub fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
     let mut crossings: Vec<f64> = Vec::new();
     for polygon in &area.polygons {
         for (a, b) in polygon.edges() {
@@ -171,17 +213,4 @@ pub(super) fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
     }
     crossings.sort_by(f64::total_cmp);
     crossings
-}
-
-#[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
-
-    /// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
-    pub(crate) fn dissertation_device(sample_time: fracdiff::Seconds) -> MassDamperConfig {
-        use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-        let mass = Kilograms(MASS.default_number());
-        let damping = NewtonSecondsPerMetre(DAMPING.default_number());
-        MassDamperConfig::ideal(mass, damping, sample_time)
-    }
 }

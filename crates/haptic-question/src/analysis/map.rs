@@ -1,8 +1,8 @@
 //! A wall among all walls of its device, and over the frequency: what a page draws anew while a slider moves.
 
-use super::answer::{HORIZON, logarithmic};
-use super::keys::{ANALYSED_CONTROLLER, ANALYSED_MASS, ANALYSED_TISSUE};
-use super::wall::{WallLoop, WithUnits, missing};
+use crate::analysis::answer::{HORIZON, logarithmic};
+use crate::analysis::keys::{ANALYSED_CONTROLLER, ANALYSED_MASS, ANALYSED_TISSUE};
+use crate::analysis::wall::{WallLoop, WithUnits, missing};
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{AnalysisError, ClosedLoop, Largest, NoiseGain, OutlinePoint};
 use haptic_document::Failure;

@@ -19,7 +19,7 @@
 //! half an interval = max(2·√cov, √(ρ·Σr²·A⁻¹)),   ρ = Σ r_n·r_(n−1)/Σ r²   where that is above 0.05
 //! ```
 
-use super::MotionRecord;
+use crate::measurement::MotionRecord;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{
     Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Seconds,
@@ -101,13 +101,13 @@ struct Solved {
 /// The end of the search.
 #[derive(Clone, Debug)]
 pub(super) struct Fitted {
-    pub(super) model: Model,
+    pub(crate) model: Model,
     /// Model less record, m; 0 where a sample is missing.
-    pub(super) left: Vec<f64>,
+    pub(crate) left: Vec<f64>,
     /// Slopes of the residuals over the numbers, a row for each number, without what the states at the starts can make.
     slopes: Vec<Vec<f64>>,
     pieces: Vec<Range<usize>>,
-    pub(super) numbers: &'static [Number],
+    pub(crate) numbers: &'static [Number],
 }
 
 impl<'a> Fit<'a> {
@@ -399,14 +399,14 @@ pub(super) const NO_LAG: f64 = 1e-4;
 /// Numbers of the model, in SI units; the delay and the lag in samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Model {
-    pub(super) mass: f64,
-    pub(super) damping: f64,
-    pub(super) friction: f64,
-    pub(super) bias: f64,
-    pub(super) delay: f64,
+    pub(crate) mass: f64,
+    pub(crate) damping: f64,
+    pub(crate) friction: f64,
+    pub(crate) bias: f64,
+    pub(crate) delay: f64,
     /// A negative one stands for the motion that is as far from that without lag, on its other side.
-    pub(super) lag: f64,
-    pub(super) stiffness: f64,
+    pub(crate) lag: f64,
+    pub(crate) stiffness: f64,
 }
 
 impl Model {
@@ -434,9 +434,9 @@ pub(super) struct Replay {
     sample_time: f64,
     forces: Vec<SafeForce<f64, 1>>,
     /// Steps of a sample, each with a friction of its own.
-    pub(super) parts: u32,
+    pub(crate) parts: u32,
     /// First tick of each piece; the last ends with the record.
-    pub(super) starts: Vec<usize>,
+    pub(crate) starts: Vec<usize>,
 }
 
 impl Replay {
@@ -600,8 +600,8 @@ fn products(fitted: &Fitted, range: Range<usize>) -> DMatrix<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fit::NUMBERS;
-    use super::*;
+    use crate::measurement::fit::NUMBERS;
+    use crate::measurement::fit::*;
     use testkit::Random;
 
     const PIECES: usize = 12;

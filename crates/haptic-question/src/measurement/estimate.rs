@@ -6,13 +6,13 @@
 //! û(t − D′) = m·x̂″ + b·x̂′ + F_c·sgn x̂′ + k·x̂ − w        hats: smoothed by one Gaussian, whose derivatives make x̂′ and x̂″
 //! ```
 //! Smoothing both sides alike leaves the equation as it is, but for the sign. D′, half a sample of the hold, the delay and the lag together, is
-//! the one of a grid of half samples that leaves least. Velocities near zero are omitted. Then [`Fit`] from several lags.
+//! the one of a grid of half samples that leaves least. Velocities near zero are omitted. Then least squares over pieces from several lags.
 
-use super::fit::{
+use crate::measurement::fit::{
     DELAY_MAX, Fit, Fitted, GOES_ON, Model, NO_LAG, Number, Replay, SIDES, Spread, State, goes_on,
     lag_of_square, square,
 };
-use super::{
+use crate::measurement::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MotionRecord,
 };
 use haptic_document::{Interval, parameters as p};
@@ -22,27 +22,45 @@ use serde::Serialize;
 
 /// A record that determines too little.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub(crate) enum MeasureError {
+pub enum MeasureError {
+    /// A multi-sine of too few samples.
     #[error(
         "the record has {samples} samples of the multi-sine, fewer than the {least} needed: give a longer {}",
         MEASURE_DURATION
     )]
-    Short { samples: usize, least: usize },
+    Short {
+        /// Samples of the record.
+        samples: usize,
+        /// Samples that it takes.
+        least: usize,
+    },
     /// The force of a tick is NaN or infinite, so the record is not one of a loop.
     #[error("the force of tick {tick} is {force_n} N, which is not finite: record it again")]
-    NotFinite { tick: usize, force_n: f64 },
+    NotFinite {
+        /// The tick.
+        tick: usize,
+        /// Its force, N.
+        force_n: f64,
+    },
     /// Too many samples that never came.
     #[error(
         "{lost} of {samples} samples were lost, more than 1 in 20: free the machine or the line, or give a longer {}",
         MEASURE_SAMPLE_TIME
     )]
-    Lost { lost: usize, samples: usize },
+    Lost {
+        /// Samples that did not come.
+        lost: usize,
+        /// Samples in all.
+        samples: usize,
+    },
+    /// Hardly any motion.
     #[error(
         "the device moves too little to be measured: give a larger {} or a larger {}",
         MEASURE_FORCE_LIMIT,
         MEASURE_BOX
     )]
     Still,
+    /// A motion that is not that of such a device.
     #[error(
         "no mass with damping, friction, delay and lag moves like this device: check that nothing touches it and that its position is right, and give a larger {}",
         MEASURE_FORCE_LIMIT
@@ -88,7 +106,10 @@ const UNEXPECTED_M: f64 = 1e-9;
 /// `hand` estimates the stiffness of a hand too. Intervals are those of the linearised problem, with autocorrelated residuals, and
 /// include every minimum that fits equally well.
 /// *Cost*: some 2500 runs of the model over the record.
-pub(crate) fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureError> {
+///
+/// # Errors
+/// A record that says too little, or nothing that such a device does.
+pub fn estimate(record: &MotionRecord, hand: bool) -> Result<Measured, MeasureError> {
     check(record)?;
     let start = first_guess(record, hand).ok_or(MeasureError::Still)?;
     let mut search = Search::new(record, hand).ok_or(MeasureError::Still)?;
@@ -543,12 +564,14 @@ const UNNOTICED_M: f64 = 1e-7;
 /// One lost sample in this number gives a warning.
 const LOST_NOTABLE: usize = 1000;
 
-pub(crate) use haptic_trial::plant_file::calibration::MeasuredNumber;
+pub(super) use haptic_trial::plant_file::calibration::MeasuredNumber;
 
 /// A device as estimated from a record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Measured {
+pub struct Measured {
+    /// m.
     pub mass_kg: MeasuredNumber,
+    /// b.
     pub damping_n_s_per_m: MeasuredNumber,
     /// `F_c`, while it slides.
     pub friction_n: MeasuredNumber,
@@ -556,6 +579,7 @@ pub(crate) struct Measured {
     pub hand_stiffness_n_per_m: Option<MeasuredNumber>,
     /// D: delay from a measurement to the force that answers it, beyond the hold.
     pub delay_s: MeasuredNumber,
+    /// τ of the current.
     pub current_lag_s: MeasuredNumber,
     /// q; 0 if no steps were detected.
     pub encoder_resolution_m: f64,
@@ -577,7 +601,9 @@ pub(crate) struct Measured {
     pub delay_lag_correlation: f64,
     /// Sample time of the record.
     pub sample_time_s: f64,
+    /// Number of ticks.
     pub samples: usize,
+    /// Those of which no position came.
     pub lost_samples: usize,
     /// Facts that a user should know.
     pub warnings: Vec<String>,
@@ -673,7 +699,7 @@ impl Measured {
 
 impl Measured {
     /// Widens what a force is in by the interval of the motor's factor, whose likeliest value the forces have in them already.
-    pub(crate) fn by_newtons_of(&mut self, motor: MeasuredNumber) {
+    pub fn by_newtons_of(&mut self, motor: MeasuredNumber) {
         let factor = motor.times(MeasuredNumber::about(1.0 / motor.value, 0.0));
         let of_force = [
             &mut self.mass_kg,
@@ -687,7 +713,7 @@ impl Measured {
 }
 
 /// A device that was measured.
-pub(crate) fn device_model(found: &Measured) -> DeviceModel {
+pub fn device_model(found: &Measured) -> DeviceModel {
     let six = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
     let estimates = [
         (&p::MASS, Some(found.mass_kg)),
@@ -719,7 +745,7 @@ pub(crate) fn device_model(found: &Measured) -> DeviceModel {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::measurement::estimate::*;
 
     #[test]
     fn steps_are_found_where_there_are_steps_alone() {

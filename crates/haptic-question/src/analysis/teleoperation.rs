@@ -1,8 +1,8 @@
 //! Two hands over a line: what is stable and what is felt.
 
-use super::answer::{Analysed, Drawn, HandPoint, logarithmic, rate};
-use super::keys::{BEST, FELT_HIGH, FELT_LOW, FELT_POINTS, PLAYOUT_SAMPLES};
-use crate::question::bench::for_each_order;
+use crate::analysis::answer::{Analysed, Drawn, HandPoint, logarithmic, rate};
+use crate::analysis::keys::{BEST, FELT_HIGH, FELT_LOW, FELT_POINTS, PLAYOUT_SAMPLES};
+use crate::bench::for_each_order;
 use fracdiff::{Order, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
@@ -111,7 +111,7 @@ fn all_act(table: &Table<'_>, architecture: Architecture, best: bool) -> Result<
 }
 
 impl HandsQuestion {
-    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
+    pub(crate) fn of(table: &Table<'_>) -> Result<Self, Failure> {
         let architecture = table.choice(&ARCHITECTURE)?;
         let best = table.flag(&BEST)?;
         let line = line(table, architecture)?;
@@ -155,11 +155,11 @@ impl HandsQuestion {
         })
     }
 
-    pub(super) const fn steps(&self) -> u64 {
+    pub(crate) const fn steps(&self) -> u64 {
         if self.best { ORDERS as u64 + 1 } else { 1 }
     }
 
-    pub(super) fn answer(
+    pub(crate) fn answer(
         &self,
         progress: &(dyn Fn(u64) + Sync),
         stop: &AtomicBool,

@@ -1,19 +1,21 @@
 //! The impedance that is felt of a wall, alone or through a device, and the damping that a coupler needs.
 
-use super::answer::{Analysed, Drawn, FREQUENCIES_MOST, FeltPoint, HORIZON, logarithmic, operator};
-use super::keys::{
+use crate::analysis::answer::{
+    Analysed, Drawn, FREQUENCIES_MOST, FeltPoint, HORIZON, logarithmic, operator,
+};
+use crate::analysis::keys::{
     ANALYSED_CONTROLLER, ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, COUPLING_ORDER,
     OMEGA_MAX, OMEGA_MIN, POINTS,
 };
-use super::law::Law;
-use super::wall::{OnPlant, missing, path, path_result};
-use crate::run::device::Warn;
+use crate::analysis::law::Law;
+use crate::analysis::wall::{OnPlant, missing, path, path_result};
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Order, Scheme, Seconds};
 use haptic_analysis::{
     ClosedLoop, Coupler, Dynamics, LeastDamping, LoopOperator, SampledLoop, SampledPlant,
     SampledWall,
 };
+use haptic_document::Warn;
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, Parameter};
 use haptic_document::{Failure, Table, rows};
 use haptic_quantity::written;
@@ -33,7 +35,7 @@ pub(crate) struct Felt {
 }
 
 impl Felt {
-    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
+    pub(crate) fn of(table: &Table<'_>) -> Result<Self, Failure> {
         let given = if table.text(&ANALYSED_CONTROLLER)?.is_empty() {
             Some(table.required(&ANALYSED_SAMPLE_TIME)?)
         } else {
@@ -66,7 +68,7 @@ impl Felt {
         })
     }
 
-    pub(super) fn through_device(table: &Table<'_>) -> Result<Self, Failure> {
+    pub(crate) fn through_device(table: &Table<'_>) -> Result<Self, Failure> {
         let alone = Self::of(table)?;
         if let Some(plant) = OnPlant::of(table, Some(alone.wall.sample_time_s))? {
             return Ok(Self {
@@ -87,12 +89,12 @@ impl Felt {
         })
     }
 
-    pub(super) const fn sample_time_s(&self) -> f64 {
+    pub(crate) const fn sample_time_s(&self) -> f64 {
         self.wall.sample_time_s
     }
 
     /// D¹ by the law's scheme, or by none if it has no such derivative.
-    pub(super) fn damper(&self) -> Result<LoopOperator, Failure> {
+    pub(crate) fn damper(&self) -> Result<LoopOperator, Failure> {
         let order = Order::new(1.0).map_err(Failure::input)?;
         let t = Seconds(self.wall.sample_time_s);
         let of = |scheme| LoopOperator::new(scheme, order, t, HORIZON);
@@ -101,7 +103,7 @@ impl Felt {
     }
 
     /// The law alone as it is rendered, and a spring and a damper of 1 in its place, N/m.
-    pub(super) fn rendered(
+    pub(crate) fn rendered(
         &self,
         damper: &LoopOperator,
         omega: f64,
@@ -122,7 +124,7 @@ impl Felt {
     }
 
     /// True if the loop with a spring and a damper in place of the law is stable.
-    pub(super) fn bears(
+    pub(crate) fn bears(
         &self,
         damper: &LoopOperator,
         [stiffness, damping]: [f64; 2],
@@ -146,7 +148,7 @@ impl Felt {
     }
 
     /// At the hand, N/m.
-    pub(super) fn force_per_displacement(&self, omega: f64) -> Result<Complex<f64>, Failure> {
+    pub(crate) fn force_per_displacement(&self, omega: f64) -> Result<Complex<f64>, Failure> {
         let felt = self.point(omega)?;
         Ok(Complex::new(
             felt.effective_stiffness_n_per_m,
@@ -155,7 +157,7 @@ impl Felt {
     }
 
     /// The question as a report repeats it.
-    pub(super) fn asked(&self) -> [Value; 3] {
+    pub(crate) fn asked(&self) -> [Value; 3] {
         let SampledWall {
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
@@ -179,7 +181,7 @@ impl Felt {
     }
 
     /// The law in the words below a picture.
-    pub(super) fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         let k_and_b = format!(
             "K = {} · B = {}",
             written("stiffness_n_per_m", self.wall.stiffness_n_per_m),
@@ -218,7 +220,7 @@ impl Felt {
         })
     }
 
-    pub(super) fn answer(&self, warn: Warn<'_>) -> Result<Analysed, Failure> {
+    pub(crate) fn answer(&self, warn: Warn<'_>) -> Result<Analysed, Failure> {
         let ends = [self.omegas.first(), self.omegas.last()];
         if let [Some(low), Some(high)] = ends {
             let beyond = self.law.beyond((1.0 / high, 1.0 / low));
@@ -264,7 +266,7 @@ pub(crate) struct CouplerNeed {
 }
 
 impl CouplerNeed {
-    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
+    pub(crate) fn of(table: &Table<'_>) -> Result<Self, Failure> {
         let order = table.order(&COUPLING_ORDER)?;
         let t = table.required(&ANALYSED_SAMPLE_TIME)?;
         let (scheme, operator) = operator(table, order, Some(t))?;
@@ -291,7 +293,7 @@ impl CouplerNeed {
         })
     }
 
-    pub(super) fn answer(&self) -> Result<Analysed, Failure> {
+    pub(crate) fn answer(&self) -> Result<Analysed, Failure> {
         let coupler = self.coupler()?;
         let least = coupler.least_damping().map_err(Failure::input)?;
         let (required, worst_theta) = match least {

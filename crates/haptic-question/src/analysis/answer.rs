@@ -1,10 +1,9 @@
 //! Answers of analyses, and the numbers that several of them need.
 
-use super::keys::ANALYSED_SCHEME;
-use crate::judge::Rows;
-use crate::run::folder::OutputFolder;
+use crate::analysis::keys::ANALYSED_SCHEME;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{LoopOperator, Polygon};
+use haptic_document::Rows;
 use haptic_document::parameters::SAMPLE_TIME;
 use haptic_document::{Failure, Table};
 use haptic_quantity::label;
@@ -14,7 +13,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, Serialize)]
 pub struct Analysed {
     #[serde(flatten)]
-    pub(super) report: Rows,
+    pub(crate) report: Rows,
     /// Its table and picture; none where the report says all of it.
     #[serde(skip)]
     pub drawn: Option<Drawn>,
@@ -45,7 +44,7 @@ pub enum Drawn {
 
 impl Analysed {
     /// A report without table and picture.
-    pub(super) fn in_numbers(report: Rows) -> Self {
+    pub(crate) fn in_numbers(report: Rows) -> Self {
         Self {
             report,
             drawn: None,
@@ -54,24 +53,13 @@ impl Analysed {
     }
 
     /// As in `absolutely stable`, or `not passive`; empty of an analysis without a verdict.
-    pub(crate) fn verdict(&self) -> String {
+    pub fn verdict(&self) -> String {
         let mut keys = ["stable", "passive", "absolutely_stable"].into_iter();
         let verdict = keys.find_map(|key| Some((key, self.report.get(key)?.as_bool()?)));
         verdict.map_or_else(String::new, |(key, is_so)| {
             let not = if is_so { "" } else { "not " };
             format!("{not}{}", label(key))
         })
-    }
-
-    pub(crate) fn write_table(&self, folder: &OutputFolder) -> Result<Option<String>, Failure> {
-        let write = |drawn: &Drawn| match drawn {
-            Drawn::Felt(points) => folder.write_table(&[], points.iter()),
-            Drawn::Region(region) => folder.write_table(&Region::COLUMNS, region.rows()),
-            Drawn::Difference(points) => folder.write_table(&[], points.iter()),
-            Drawn::Sensitivity(points) => folder.write_table(&[], points.iter()),
-            Drawn::Teleoperation { points, .. } => folder.write_table(&[], points.iter()),
-        };
-        self.drawn.as_ref().map(write).transpose()
     }
 }
 
@@ -136,9 +124,11 @@ pub struct SensitivityPoint {
 }
 
 impl Region {
-    const COLUMNS: [&str; 4] = ["part", "alpha", "beta", "theta_rad"];
+    /// Names of the columns of its table.
+    pub const COLUMNS: [&str; 4] = ["part", "alpha", "beta", "theta_rad"];
 
-    fn rows(&self) -> impl Iterator<Item = impl Serialize> {
+    /// Rows of its table: part, α, β and θ of each point.
+    pub fn rows(&self) -> impl Iterator<Item = impl Serialize> {
         let parts = self.parts.iter().enumerate();
         parts.flat_map(|(part, polygon)| {
             let points = polygon.points.iter();

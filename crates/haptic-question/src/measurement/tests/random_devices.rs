@@ -3,12 +3,12 @@
 //! `CAMPAIGN_CASES` sets how many; 10 unless it is given, 500 at night.
 
 use super::measured;
-use crate::Sensors;
-use crate::question::measurement::MeasurePlan;
-use crate::question::measurement::estimate::{Measured, MeasuredNumber, estimate};
+use crate::measurement::MeasurePlan;
+use crate::measurement::estimate::{Measured, MeasuredNumber, estimate};
 use fracdiff::Seconds;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons};
+use haptic_trial::Sensors;
 use rayon::prelude::*;
 use testkit::Random;
 

@@ -1,22 +1,22 @@
 //! A wall on a device, with units or without: is it stable, passive, and how much does it amplify errors?
 
-use super::answer::{
+use crate::analysis::answer::{
     Analysed, Drawn, FREQUENCIES_MOST, Region, SensitivityPoint, decibel, logarithmic,
 };
-use super::keys::{
+use crate::analysis::keys::{
     ALPHA, ANALYSED_CONTROLLER, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG,
     ANALYSED_MASS, ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA, SENSITIVITY_POINTS,
 };
-use super::law::{InPlace, Law, without};
-use crate::judge::{Rows, rows};
-use crate::run::device::Warn;
+use crate::analysis::law::{InPlace, Law, without};
 use haptic_analysis::{
     AnalysisError, Dynamics, Effective, ForcePath, HandPort, Largest, LoopOperator, Nondimensional,
     OnePort, Polygon, RequiredDelta, SampledLoop, SampledPlant, SampledWall, StabilityRegion,
     StableArea,
 };
+use haptic_document::Warn;
 use haptic_document::parameters::{DEVICE_MODEL, PLANT_MODEL, Parameter};
 use haptic_document::{Failure, Table};
+use haptic_document::{Rows, rows};
 use haptic_quantity::{digits, written};
 use haptic_trial::PlantModel;
 use haptic_trial::advice::analysed;
@@ -43,12 +43,12 @@ const SCALES: [f64; 2] = [0.1, 10.0];
 /// A loop that is ready to be analysed.
 #[derive(Clone, Debug)]
 pub(crate) struct WallLoop {
-    pub(super) parameters: Nondimensional,
-    pub(super) law: Law,
-    pub(super) path: ForcePath,
+    pub(crate) parameters: Nondimensional,
+    pub(crate) law: Law,
+    pub(crate) path: ForcePath,
     /// T, s, if it was given.
     sample_time_s: Option<f64>,
-    pub(super) units: Option<WithUnits>,
+    pub(crate) units: Option<WithUnits>,
     /// A plant in place of the device, which then is 1 kg as a unit.
     on_plant: Option<Box<OnPlant>>,
     /// Number of frequencies of a sensitivity.
@@ -63,8 +63,8 @@ pub(crate) struct WallLoop {
 
 /// A linear plant, sampled.
 #[derive(Clone, Debug)]
-pub(super) struct OnPlant {
-    pub(super) name: String,
+pub(crate) struct OnPlant {
+    pub(crate) name: String,
     sampled: SampledPlant,
     path: ForcePath,
     port: HandPort,
@@ -80,19 +80,19 @@ struct Passivity {
 
 /// Wall and device of a loop that was given with units; delay and lag are in its path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct WithUnits {
-    pub(super) device: Dynamics,
-    pub(super) wall: SampledWall,
+pub(crate) struct WithUnits {
+    pub(crate) device: Dynamics,
+    pub(crate) wall: SampledWall,
 }
 
 impl WallLoop {
     /// A wall that is given.
-    pub(super) fn needed(table: &Table<'_>) -> Result<Self, Failure> {
+    pub(crate) fn needed(table: &Table<'_>) -> Result<Self, Failure> {
         Self::of(table, |parameter| Err(missing(parameter)))
     }
 
     /// A device whose stable walls are sought.
-    pub(super) fn sought(table: &Table<'_>) -> Result<Self, Failure> {
+    pub(crate) fn sought(table: &Table<'_>) -> Result<Self, Failure> {
         Self::of(table, |_| Ok(0.0))
     }
 
@@ -183,13 +183,13 @@ impl WallLoop {
         SampledPlant::behind(delta, gamma, self.path).map_err(Failure::input)
     }
 
-    pub(super) fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
+    pub(crate) fn sampled(&self) -> Result<SampledLoop<'_>, Failure> {
         let Nondimensional { alpha, beta, .. } = self.parameters;
         SampledLoop::with_plant(self.plant()?, alpha, beta, &self.law.operator)
             .map_err(Failure::input)
     }
 
-    pub(super) fn port(&self) -> Result<OnePort<'_, LoopOperator>, Failure> {
+    pub(crate) fn port(&self) -> Result<OnePort<'_, LoopOperator>, Failure> {
         let law = &self.law;
         let port = OnePort::new(&law.operator, law.order).and_then(|port| port.through(self.path));
         Ok(port
@@ -197,7 +197,7 @@ impl WallLoop {
             .with_memory(law.operator.memory()))
     }
 
-    pub(super) fn stable_region(&self, points: usize) -> Result<StabilityRegion, Failure> {
+    pub(crate) fn stable_region(&self, points: usize) -> Result<StabilityRegion, Failure> {
         let region = StabilityRegion::new(self.plant()?, &self.law.operator, 0, points);
         // Only a controller may have another one.
         let has_gain = self.law.operator.direct_gain() > 0.0;
@@ -238,7 +238,7 @@ impl WallLoop {
     }
 
     /// Stiffness and dissipation of a wall without units: K = αm/T², B = βm/T^(2−μ).
-    pub(super) fn with_units(&self, alpha: Option<f64>, beta: Option<f64>) -> [Option<f64>; 2] {
+    pub(crate) fn with_units(&self, alpha: Option<f64>, beta: Option<f64>) -> [Option<f64>; 2] {
         let Some([m, t]) = self.mass_and_time() else {
             return [None; 2];
         };
@@ -249,7 +249,7 @@ impl WallLoop {
         ]
     }
 
-    pub(super) fn stability(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
+    pub(crate) fn stability(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
         let parameters = self.parameters;
         // Without any spring there is a pole at z = 1, which is no instability: the device stays where it is left.
         let sampled = self.sampled()?;
@@ -298,7 +298,7 @@ impl WallLoop {
         Ok(Analysed::in_numbers(self.report(without_units, found)))
     }
 
-    pub(super) fn passivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
+    pub(crate) fn passivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
         let units = self.mass_and_time();
         // Of a plant the damping that it has at every frequency; its mass is 1 kg as a unit.
         let plant_damping = (self.on_plant.as_ref()).and_then(|plant| plant.port.least_damping());
@@ -423,7 +423,7 @@ impl WallLoop {
         Ok(known(None, Some(reason), None))
     }
 
-    pub(super) fn required_delta(&self) -> Result<RequiredDelta, Failure> {
+    pub(crate) fn required_delta(&self) -> Result<RequiredDelta, Failure> {
         let Nondimensional { alpha, beta, .. } = self.parameters;
         let required = self.port()?.required_delta(alpha, beta);
         required.map_err(Failure::input)
@@ -442,7 +442,7 @@ impl WallLoop {
         ])
     }
 
-    pub(super) fn region(&self, warn: Warn<'_>) -> Result<Analysed, Failure> {
+    pub(crate) fn region(&self, warn: Warn<'_>) -> Result<Analysed, Failure> {
         if self.of_wall == 1 {
             warn(&format!(
                 "no wall is marked: give both {STIFFNESS} and {DISSIPATION}, or {ALPHA} and {BETA}"
@@ -519,7 +519,7 @@ impl WallLoop {
         }
     }
 
-    pub(super) fn sensitivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
+    pub(crate) fn sensitivity(&self, _: Warn<'_>) -> Result<Analysed, Failure> {
         let sampled = self.sampled()?;
         let peak = sampled.sensitivity_peak().map_err(Failure::input)?;
         let points = logarithmic(1e-3 * PI, PI, self.points).map(|theta| SensitivityPoint {
@@ -590,7 +590,7 @@ impl WallLoop {
 
 impl OnPlant {
     /// The plant of a file with `[state_space]`, if there is one.
-    pub(super) fn of(
+    pub(crate) fn of(
         table: &Table<'_>,
         sample_time_s: Option<f64>,
     ) -> Result<Option<Box<Self>>, Failure> {
@@ -636,12 +636,12 @@ impl OnPlant {
         })))
     }
 
-    pub(super) const fn path(&self) -> ForcePath {
+    pub(crate) const fn path(&self) -> ForcePath {
         self.path
     }
 
     /// A law as a hand meets it through the plant.
-    pub(super) fn felt(
+    pub(crate) fn felt(
         &self,
         wall: &SampledWall,
         operator: &LoopOperator,
@@ -674,14 +674,14 @@ impl OnPlant {
     }
 }
 
-pub(super) fn missing(parameter: &Parameter) -> Failure {
+pub(crate) fn missing(parameter: &Parameter) -> Failure {
     Failure::bad_input(format_args!(
         "{parameter} is missing: give {ALPHA} and {BETA}, or {ANALYSED_MASS}, {ANALYSED_SAMPLE_TIME} and the wall"
     ))
 }
 
 /// Delay and lag of a loop in samples; `sample_time_s` is its own, if it was given.
-pub(super) fn path(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<ForcePath, Failure> {
+pub(crate) fn path(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<ForcePath, Failure> {
     let in_samples = table.number_if(&DELAY_SAMPLES)?;
     if in_samples.is_some() && table.has(&ANALYSED_DELAY) {
         return Err(Failure::bad_input(format_args!(
@@ -702,7 +702,7 @@ pub(super) fn path(table: &Table<'_>, sample_time_s: Option<f64>) -> Result<Forc
     ForcePath::new(delay, samples(&ANALYSED_LAG)?).map_err(analysed)
 }
 
-pub(super) fn path_result(path: ForcePath, sample_time_s: Option<f64>) -> Value {
+pub(crate) fn path_result(path: ForcePath, sample_time_s: Option<f64>) -> Value {
     json!({
         "delay_samples": path.delay_samples(),
         "delay_s": sample_time_s.map(|t| path.delay_samples() * t),

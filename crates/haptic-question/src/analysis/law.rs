@@ -1,7 +1,7 @@
 //! The law that is analysed: a wall K + B·D^μ, a piece of tissue, which has a K, a B and a memory too, or a controller.
 
-use super::answer::{HORIZON, Kind, operator};
-use super::keys::{
+use crate::analysis::answer::{HORIZON, Kind, operator};
+use crate::analysis::keys::{
     ANALYSED_CONTROLLER, ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, JUDGED_DEPTH,
 };
 use fracdiff::num_complex::Complex;
@@ -23,28 +23,28 @@ use serde_json::{Value, json};
 ///
 /// A controller is all P: K = 0, and μ = 1 with B = T·1 N/m, which make P a force per displacement in N/m.
 #[derive(Clone, Debug)]
-pub(super) struct Law {
+pub(crate) struct Law {
     /// K, N/m, if it was given.
-    pub(super) stiffness: Option<f64>,
+    pub(crate) stiffness: Option<f64>,
     /// B, N·s^μ/m, if it was given.
-    pub(super) dissipation: Option<f64>,
-    pub(super) order: Order,
-    pub(super) scheme: Scheme,
-    pub(super) operator: LoopOperator,
+    pub(crate) dissipation: Option<f64>,
+    pub(crate) order: Order,
+    pub(crate) scheme: Scheme,
+    pub(crate) operator: LoopOperator,
     /// `None` of a wall.
-    pub(super) in_place: Option<InPlace>,
+    pub(crate) in_place: Option<InPlace>,
 }
 
 /// A law in place of a wall.
 #[derive(Clone, Debug)]
-pub(super) enum InPlace {
+pub(crate) enum InPlace {
     Tissue(Box<JudgedTissue>),
     Controller(Box<PositionController>),
 }
 
 /// A piece of tissue at the depth where it is judged.
 #[derive(Clone, Debug)]
-pub(super) struct JudgedTissue {
+pub(crate) struct JudgedTissue {
     matter: Matter,
     depth_m: Option<f64>,
     /// Slope of its map of depth there, without unit.
@@ -55,7 +55,7 @@ pub(super) struct JudgedTissue {
 
 impl Law {
     /// The law of the keys, and its sample time, which a controller brings.
-    pub(super) fn of(
+    pub(crate) fn of(
         table: &Table<'_>,
         given_s: Option<f64>,
     ) -> Result<(Self, Option<f64>), Failure> {
@@ -156,22 +156,22 @@ impl Law {
         })
     }
 
-    pub(super) fn is_controller(&self) -> bool {
+    pub(crate) fn is_controller(&self) -> bool {
         matches!(self.in_place, Some(InPlace::Controller(_)))
     }
 
     /// A number of a wall, which a controller has not, nor a tissue of several elements, for a report.
-    pub(super) fn of_wall(&self, number: impl Into<Option<f64>>) -> Option<f64> {
+    pub(crate) fn of_wall(&self, number: impl Into<Option<f64>>) -> Option<f64> {
         number.into().filter(|_| self.is_one_element())
     }
 
     /// True of a controller that pushes on and on at a place that stands.
-    pub(super) fn integrates(&self) -> bool {
+    pub(crate) fn integrates(&self) -> bool {
         matches!(&self.in_place, Some(InPlace::Controller(controller)) if controller.integrates)
     }
 
     /// A sentence that says how far times of 1/ω, s, lie outside the record of a tissue.
-    pub(super) fn beyond(&self, times_s: (f64, f64)) -> Option<String> {
+    pub(crate) fn beyond(&self, times_s: (f64, f64)) -> Option<String> {
         let Some(InPlace::Tissue(tissue)) = &self.in_place else {
             return None;
         };
@@ -183,7 +183,7 @@ impl Law {
     }
 
     /// True if it is K + B·D^μ, of which Corollary 1 and these numbers speak.
-    pub(super) fn is_one_element(&self) -> bool {
+    pub(crate) fn is_one_element(&self) -> bool {
         match &self.in_place {
             None => true,
             Some(InPlace::Tissue(tissue)) => !tissue.is_composed,
@@ -192,7 +192,7 @@ impl Law {
     }
 
     /// A law in place of a wall as a report repeats it.
-    pub(super) fn in_place_result(&self) -> Value {
+    pub(crate) fn in_place_result(&self) -> Value {
         match &self.in_place {
             None => json!({}),
             Some(InPlace::Tissue(tissue)) => {
@@ -205,7 +205,7 @@ impl Law {
     }
 
     /// Its name or order, scheme, and K and B if there are any and they are wanted, in the words below a picture.
-    pub(super) fn words(&self, k_and_b: Option<String>) -> Vec<String> {
+    pub(crate) fn words(&self, k_and_b: Option<String>) -> Vec<String> {
         let law = match &self.in_place {
             None => format!("order μ = {}", digits(self.order.get(), 4)),
             Some(InPlace::Tissue(tissue)) => tissue.matter.words(),
@@ -221,10 +221,10 @@ impl Law {
 }
 
 /// The controller in place of a wall, which brings its sample time: refuses another one.
-pub(crate) fn controller(
-    table: &Table<'_>,
-    given_s: Option<f64>,
-) -> Result<PositionController, Failure> {
+///
+/// # Errors
+/// A value that is wrong, with its place.
+pub fn controller(table: &Table<'_>, given_s: Option<f64>) -> Result<PositionController, Failure> {
     let path = table.file(&ANALYSED_CONTROLLER)?.unwrap_or_default();
     let controller = PositionController::read(&path)?;
     let t = controller.setup.sample_time_s;
@@ -243,11 +243,10 @@ pub(crate) fn controller(
 const OF_WALL: &[&Parameter] = &[&STIFFNESS, &DISSIPATION, &ORDER];
 
 /// Refuses keys of which a law in place of a wall has its own, or for which it has no use.
-pub(crate) fn without(
-    table: &Table<'_>,
-    keys: &[&Parameter],
-    law: &Parameter,
-) -> Result<(), FileError> {
+///
+/// # Errors
+/// A key that would have no effect, with its place.
+pub fn without(table: &Table<'_>, keys: &[&Parameter], law: &Parameter) -> Result<(), FileError> {
     let Some(parameter) = keys.iter().find(|parameter| table.has(parameter)) else {
         return Ok(());
     };
@@ -256,7 +255,10 @@ pub(crate) fn without(
 }
 
 /// Refuses keys of a tissue without a tissue.
-pub(crate) fn of_a_tissue_alone(table: &Table<'_>) -> Result<(), FileError> {
+///
+/// # Errors
+/// A value that is wrong, with its place.
+pub fn of_a_tissue_alone(table: &Table<'_>) -> Result<(), FileError> {
     let mut keys = UNNAMED_PIECE.iter().chain([&JUDGED_DEPTH]);
     let Some(parameter) = keys.find(|parameter| table.has(parameter)) else {
         return Ok(());
@@ -278,7 +280,7 @@ fn short_memory(model: &Model, t: Seconds, length: usize) -> Result<LoopOperator
 
 impl InPlace {
     /// Force per displacement without sampling, N/m.
-    pub(super) fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
+    pub(crate) fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
         match self {
             Self::Tissue(tissue) => tissue.matter.stiffness(omega_rad_s) * tissue.slope,
             Self::Controller(controller) => controller.setup.law.response(omega_rad_s),
@@ -286,7 +288,7 @@ impl InPlace {
     }
 
     /// Tissue or controller.
-    pub(super) const fn kind(&self) -> Kind {
+    pub(crate) const fn kind(&self) -> Kind {
         match self {
             Self::Tissue(_) => Kind::Tissue,
             Self::Controller(_) => Kind::Controller,
