@@ -5,7 +5,8 @@
 //! ```
 
 use fracdiff::Seconds;
-use haptic_experiment::{ReportLine, TrialPlan, lines};
+use haptic_experiment::{ReportLine, lines};
+use haptic_judge::trial::TrialPlan;
 
 const T: f64 = 1e-3;
 const STIFFNESS: f64 = 500.0;

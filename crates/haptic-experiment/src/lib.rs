@@ -12,7 +12,6 @@ pub mod run;
 pub use experiment::indentation::Indentation;
 pub use experiment::press::{PressRecord, specimen};
 pub use experiment::rendering::Precision;
-pub use experiment::trial::TrialPlan;
 pub use haptic_analysis::Dynamics;
 pub use haptic_document::{Cause, Failure, Named, ReportLine, ReportTable, Row, lines, named};
 pub use haptic_trial::{GuardChoice, Imperfections, Sensors};

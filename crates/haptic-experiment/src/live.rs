@@ -10,12 +10,8 @@
 //!   through another to be freed.
 
 mod by_clock;
-mod fading;
-mod hand;
 mod keeper;
-mod law;
 mod orders;
-mod place;
 mod recording;
 mod runner;
 mod session;
@@ -25,12 +21,12 @@ mod ticking;
 mod waiting;
 
 pub use by_clock::run;
-pub use fading::{Fading, FadingHistory, Law};
-pub use hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
+pub use haptic_trial::in_hand::fading::{Fading, FadingHistory, Law};
+pub use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
+pub use haptic_trial::in_hand::law::{Felt, HORIZON, fading, refuse_unstable, rounded_down, ticks};
+pub use haptic_trial::in_hand::place::Placed;
 pub use keeper::{Keeper, Watch};
-pub use law::{Felt, HORIZON, fading, refuse_unstable, rounded_down, ticks};
 pub use orders::{Orders, locked};
-pub use place::Placed;
 pub use recording::{Finished, Recording};
 pub use session::{Session, SessionOptions, SessionReport};
 pub use ticking::{

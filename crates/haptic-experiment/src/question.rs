@@ -314,7 +314,7 @@ mod tests {
         let device = testkit::device::dissertation(fracdiff::Seconds(1e-3));
         assert_eq!((zwidth.points, zwidth.orders.len()), (21, 5));
         assert_eq!(zwidth.device, device);
-        assert_eq!(zwidth.plan, crate::TrialPlan::DEFAULT);
+        assert_eq!(zwidth.plan, haptic_judge::trial::TrialPlan::DEFAULT);
         let Ok(Question(Asked::Design(design))) = read("[design]") else {
             panic!("a design");
         };

@@ -14,3 +14,4 @@ pub mod sensed;
 pub mod settling;
 pub mod swings;
 pub mod tissue_table;
+pub mod trial;

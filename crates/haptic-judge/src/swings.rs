@@ -75,7 +75,7 @@ pub struct Swings {
 struct After {
     speeds: Vec<f64>,
     turns: Vec<usize>,
-    /// The last one of more than friction could stop at once; 0 if there is none.
+    /// The last one of more than friction could stop at once, else 0.
     last: f64,
 }
 

@@ -8,6 +8,7 @@ pub mod device_table;
 pub mod drive_verdict;
 pub mod ending;
 pub mod flat;
+pub mod in_hand;
 pub mod keys;
 pub mod plant_file;
 pub mod preflight;

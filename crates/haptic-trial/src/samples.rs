@@ -1,8 +1,11 @@
 //! The samples of a run, wherever they are: in memory, or in its log.
 
 use crate::tick::KeptSample;
+use fracdiff::parameter::Shown;
 use haptic_document::Failure;
+use haptic_document::parameters::TRIAL_DURATION;
 use haptic_message::TickMessage;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// Reader of the ticks of a log in these files, in order.
@@ -113,6 +116,28 @@ pub struct Before<'a> {
 /// The memory of an operator for a run of `samples` samples: a little more, so that the last weights are not at the very edge.
 pub fn horizon(samples: u64) -> f64 {
     1.05 * samples as f64
+}
+
+/// Number of samples from time 0 to the end of a run, both included.
+///
+/// # Errors
+/// A number of samples outside the range, with the parameter to change.
+pub fn count(
+    duration_s: f64,
+    sample_time_s: f64,
+    allowed: &RangeInclusive<f64>,
+) -> Result<u64, Failure> {
+    let samples = (duration_s / sample_time_s).round() + 1.0;
+    if allowed.contains(&samples) {
+        return Ok(samples as u64);
+    }
+    Err(Failure::bad_input(format_args!(
+        "duration {} s in steps of {} s is {samples} samples, not in [{}, {:e}]: change {TRIAL_DURATION}",
+        Shown(duration_s),
+        Shown(sample_time_s),
+        allowed.start(),
+        allowed.end()
+    )))
 }
 
 #[cfg(test)]

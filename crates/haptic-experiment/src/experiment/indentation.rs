@@ -29,7 +29,6 @@ use crate::run::remote::{
     PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
     indentation, no_operator, portable, push,
 };
-use crate::run::schedule::samples;
 use crate::run::{Ran, SAMPLES, run_logged};
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use fractional_control::Term;
@@ -58,6 +57,7 @@ use haptic_trial::device_table::{device_model, force_sensor, samples_fit, sensor
 use haptic_trial::drive_verdict::DriveVerdict;
 use haptic_trial::preflight::{Findings, note_findings};
 use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
+use haptic_trial::samples::count;
 use haptic_trial::simulate::{SimulatedLoop, Sink, simulate};
 use haptic_trial::tick::KeptSample;
 use std::collections::BTreeMap;
@@ -96,7 +96,7 @@ pub struct Indentation {
 
 impl Experiment for Indentation {
     fn check(&self) -> Result<u64, Failure> {
-        samples(self.duration_s, self.sample_time_s(), &SAMPLES)
+        count(self.duration_s, self.sample_time_s(), &SAMPLES)
     }
 
     fn sample_time_s(&self) -> f64 {

@@ -20,7 +20,7 @@ mod tests;
 use super::drive::{self, Drive, HostDrive, PressPath, Section};
 use super::kind::{Conduct, Experiment, Watched};
 use super::reading::{metadata, remote};
-use super::trial::{force_and_rate, no_law_there, safe_chain};
+use super::trial::{no_law_there, safe_chain};
 use crate::experiment::rendering::DEPTH;
 use crate::judge::{Published, Report};
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank};
@@ -41,6 +41,7 @@ use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table, named, parameters, parameters as p};
 use haptic_judge::modelled_tissue::TissuePiece;
 use haptic_judge::tissue_table::{fits, piece};
+use haptic_judge::trial::force_and_rate;
 use haptic_link::LoopMode;
 use haptic_loop::plant::{
     ForceSensorConfig, MassDamperConfig, PressedDevice, PressedSpecimen, RampHold, Sensed,
@@ -139,7 +140,7 @@ pub(crate) struct Press {
 impl Experiment for Press {
     fn check(&self) -> Result<u64, Failure> {
         let allowed = 10.0..=WHOLE_MOST as f64;
-        crate::run::schedule::samples(self.path.duration_s(), self.sample_time_s(), &allowed)
+        haptic_trial::samples::count(self.path.duration_s(), self.sample_time_s(), &allowed)
     }
 
     fn sample_time_s(&self) -> f64 {

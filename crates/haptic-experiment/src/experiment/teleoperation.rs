@@ -21,8 +21,8 @@ mod side;
 mod tests;
 
 use super::kind::{Conduct, Experiment as _};
-use super::trial::{VirtualWall, force_and_rate, safe_chain, wall_at_start};
-use crate::run::{SAMPLES, schedule};
+use super::trial::safe_chain;
+use crate::run::SAMPLES;
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
@@ -34,6 +34,7 @@ use haptic_document::parameters::{
 use haptic_document::{Failure, FileError, Table, named};
 use haptic_judge::preflight::{Matter, Preflight, WallContact};
 use haptic_judge::tissue_table::linear_piece;
+use haptic_judge::trial::{VirtualWall, force_and_rate, wall_at_start};
 use haptic_link::{Architecture, HandSide};
 use haptic_loop::SafetyChain;
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};
@@ -185,7 +186,7 @@ impl TeleoperationExperiment {
     /// Times and frequencies that fit each other.
     fn check_times(&self) -> Result<(), Failure> {
         let t = self.sample_time().0;
-        schedule::samples(self.duration_s, t, &SAMPLES)?;
+        haptic_trial::samples::count(self.duration_s, t, &SAMPLES)?;
         let most = self.duration_s - HandMotion::RISE_S;
         let whole = (self.window_s / t - (self.window_s / t).round()).abs() < 1e-6;
         if !(self.window_s >= t && self.window_s <= most && whole) {

@@ -17,7 +17,7 @@ mod shape;
 
 use super::kind::{Conduct, Experiment as _};
 use super::reading::remote;
-use super::trial::{force_and_rate, safe_chain};
+use super::trial::safe_chain;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
@@ -33,6 +33,7 @@ use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table, parameters};
 use haptic_judge::preflight::{Matter, Preflight, WallContact};
 use haptic_judge::tissue_table::{piece, scheme};
+use haptic_judge::trial::force_and_rate;
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limit, SafetyChain, SafetyLimits};
@@ -159,7 +160,7 @@ impl TouchExperiment {
     /// That at time 0 included.
     fn samples(&self) -> Result<u64, Failure> {
         let allowed = 10.0..=WHOLE_MOST as f64;
-        crate::run::schedule::samples(self.duration_s, self.sample_time().0, &allowed)
+        haptic_trial::samples::count(self.duration_s, self.sample_time().0, &allowed)
     }
 
     /// An axis of this mass, kg, as it is simulated, the spring of the hand with it.

@@ -1,10 +1,7 @@
 //! A wall that a device hits and is pushed into.
 
 use super::kind::Experiment as _;
-use super::trial::{
-    OffN, Parts, PositionLaw, Trial, TrialSetup, VirtualWall, incomparable, setup, six_digits,
-    thrown, wall_at_start,
-};
+use super::trial::{OffN, Parts, PositionLaw, Trial, TrialSetup, incomparable, setup, six_digits};
 use crate::run::Ran;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
@@ -17,6 +14,7 @@ use haptic_judge::preflight::{Preflight, WallContact};
 use haptic_judge::reference::ReferenceWeights;
 use haptic_judge::settling::Settling;
 use haptic_judge::tissue_table::scheme;
+use haptic_judge::trial::{VirtualWall, thrown, wall_at_start};
 use haptic_link::LoopMode;
 use haptic_loop::plant::run_wall;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};

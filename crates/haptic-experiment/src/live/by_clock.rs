@@ -1,12 +1,12 @@
 //! The loop of a simulated device by the clock, endless: it is paused, stopped and armed anew.
 
-use super::hand::HeldDevice;
 use super::ticking::{
     Around, FadingFelt, FeltController, LoopCounts, LoopEnds, LoopOrder, Looping,
 };
 use haptic_loop::Engaged;
 use haptic_loop::realtime::{Moment, Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
 use haptic_loop::units::Seconds;
+use haptic_trial::in_hand::hand::HeldDevice;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;

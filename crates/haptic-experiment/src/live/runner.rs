@@ -1,12 +1,12 @@
 //! The loop of a session: a run like any other, on a simulated device or steered on one at a port.
 
-use super::hand::HeldDevice;
 use super::ticking::{Around, FadingFelt, FeltController, HandPath, LoopOrder, Looping};
 use super::waiting::Gate;
 use crate::run::remote::{Steered, Steers};
 use haptic_loop::{Controller, Engaged, LoopSample};
 use haptic_message::{EventMessage, TickMessage};
 use haptic_trial::ending::Ending;
+use haptic_trial::in_hand::hand::HeldDevice;
 use haptic_trial::simulate::World;
 use haptic_trial::tick::by_loop;
 use std::sync::Arc;

@@ -9,17 +9,12 @@
 //!   takes its place has heard the same positions.
 //! - *An end* that nobody asked for, by a fault or a lost device, ends the session: the log is kept, and every call says so.
 
-use super::fading::Law;
-use super::hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
 use super::keeper::Keeper;
-use super::law::{HORIZON, fading, refuse_unstable, ticks};
 use super::orders::{Orders, locked};
-use super::place::Placed;
 use super::runner::{HeldWorld, Steering};
 use super::ticking::{FadingFelt, LoopOrder, Looping, Stimulus};
 use super::waiting::{Gate, Kept, LOOK, Shared, Watching};
 use crate::experiment::kind::Experiment as _;
-use crate::experiment::trial::no_wall;
 use crate::experiment::wall::WallExperiment;
 use crate::open::DocumentOfKind as _;
 use crate::open::ExperimentFile;
@@ -35,6 +30,7 @@ use haptic_analysis::Dynamics;
 use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
 use haptic_document::{Document, Failure, IN_LOG, Named as _};
 use haptic_judge::felt::{FeltSummary, Tally};
+use haptic_judge::trial::no_wall;
 use haptic_link::LoopMode;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::NewtonsPerMetre;
@@ -42,6 +38,10 @@ use haptic_loop::{Controller, Pushing, Wall};
 use haptic_message::EventMessage;
 use haptic_quantity::written;
 use haptic_remote::serial::SerialLink;
+use haptic_trial::in_hand::fading::Law;
+use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
+use haptic_trial::in_hand::law::{HORIZON, fading, refuse_unstable, ticks};
+use haptic_trial::in_hand::place::Placed;
 use haptic_trial::keys::trial::{PUSH, TRIAL_FORCE_LIMIT};
 use haptic_trial::keys::wall::{DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT};
 use haptic_trial::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;

@@ -1,6 +1,5 @@
 //! The loop in virtual time: walls that change in the hand, and sessions on the simulated device.
 
-use super::hand::HeldDevice;
 use super::ticking::{Around, FeltController, Looping};
 use super::*;
 use fracdiff::{Order, Scheme};
@@ -12,6 +11,7 @@ use haptic_loop::units::{
 };
 use haptic_loop::{Controller, Environment as _, LoopSample, Pushing, SafetyChain, Wall};
 use haptic_message::TickMessage;
+use haptic_trial::in_hand::hand::HeldDevice;
 use nalgebra::Vector1;
 use std::path::Path;
 use std::sync::Arc;

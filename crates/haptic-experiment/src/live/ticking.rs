@@ -1,10 +1,10 @@
 //! The loop of what is felt, whatever device and clock it has. It reads orders from a ring and puts what it did into another; nothing in it
 //! waits for anybody, allocates or frees.
 
-use super::fading::{Fading, Law};
-use super::law::Felt;
 use haptic_loop::{Controller, Environment as _, LoopSample};
 use haptic_message::EventMessage;
+use haptic_trial::in_hand::fading::{Fading, Law};
+use haptic_trial::in_hand::law::Felt;
 use nalgebra::Vector1;
 use rtrb::{Consumer, Producer, PushError};
 use std::any::Any;

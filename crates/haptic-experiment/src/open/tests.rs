@@ -46,7 +46,7 @@ fn a_wall_is_judged_by_the_dissertations_rule_where_the_file_says_so_on_any_devi
     assert_eq!(settling.criterion, Criterion::Settling);
     for device in ["", "device = \"serial:/dev/ttyACM0\"\n"] {
         let by_file = plan(&format!("criterion = \"dissertation\"\n{device}"));
-        let want = crate::TrialPlan {
+        let want = haptic_judge::trial::TrialPlan {
             criterion: Criterion::Dissertation,
             impact_m_per_s: 0.0,
             ..settling

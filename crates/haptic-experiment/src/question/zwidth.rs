@@ -23,7 +23,6 @@ mod trials;
 mod upward;
 
 use crate::experiment::reading::remote;
-use crate::experiment::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan};
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use fracdiff::{Order, Scheme};
 use haptic_document::Warn;
@@ -39,6 +38,7 @@ use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::Criterion;
 use haptic_judge::tissue_table::linear_piece;
+use haptic_judge::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan};
 use haptic_link::{OperatorForm, OperatorShape};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Newtons, Seconds};

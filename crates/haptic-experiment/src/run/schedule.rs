@@ -1,12 +1,8 @@
 //! Schedule of a run: the number of ticks, the time of each, and the pace of time.
 
 use crate::run::realtime::RealtimeOptions;
-use fracdiff::parameter::Shown;
-use haptic_document::Failure;
-use haptic_document::parameters::TRIAL_DURATION;
 use haptic_loop::LoopParameterError;
 use haptic_loop::realtime::PeriodicConfig;
-use std::ops::RangeInclusive;
 use std::time::Duration;
 
 /// The pace of a run: as fast as it can be computed, or by the clock.
@@ -58,23 +54,4 @@ impl Schedule {
         };
         config.checked().map(Some)
     }
-}
-
-/// Number of samples from time 0 to the end of a run, both included.
-pub(crate) fn samples(
-    duration_s: f64,
-    sample_time_s: f64,
-    allowed: &RangeInclusive<f64>,
-) -> Result<u64, Failure> {
-    let samples = (duration_s / sample_time_s).round() + 1.0;
-    if allowed.contains(&samples) {
-        return Ok(samples as u64);
-    }
-    Err(Failure::bad_input(format_args!(
-        "duration {} s in steps of {} s is {samples} samples, not in [{}, {:e}]: change {TRIAL_DURATION}",
-        Shown(duration_s),
-        Shown(sample_time_s),
-        allowed.start(),
-        allowed.end()
-    )))
 }

@@ -1,9 +1,9 @@
 //! Both sides and the line between them, tick by tick in virtual time; each a simulated device with what holds or touches it.
 
 use super::{HandModel, HandMotion, TeleoperationExperiment};
-use crate::experiment::trial::VirtualWall;
 use fracdiff::{Operator, Seconds};
 use haptic_document::Failure;
+use haptic_judge::trial::VirtualWall;
 use haptic_link::HandSide;
 use haptic_loop::plant::{ForceSensor, MassDamper, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};

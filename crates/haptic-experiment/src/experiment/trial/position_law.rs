@@ -1,10 +1,10 @@
 //! A controller as the law of a trial, whatever its type.
 
-use super::TrialPlan;
 use crate::experiment::drive::ControllerHolder;
 use fractional_control::ControlError;
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::settling::Judge;
+use haptic_judge::trial::TrialPlan;
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 

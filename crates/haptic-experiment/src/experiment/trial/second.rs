@@ -14,7 +14,7 @@
 //! - *At ports* each device has a chain and a thread of its own, see [`PairRun`](crate::run::remote::PairRun); the second may only push
 //!   within its lasting limits of force, workspace and speed.
 
-use super::{TrialPlan, force_and_rate, no_law_there, no_wall, safe_chain};
+use super::{no_law_there, safe_chain};
 use crate::experiment::drive::{
     CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT, DriveSamples, second_device,
 };
@@ -24,6 +24,7 @@ use crate::run::{Ran, Supervisor};
 use fracdiff::parameter::Shown;
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, FileError, Table, parameters as p};
+use haptic_judge::trial::{TrialPlan, force_and_rate, no_wall};
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig, Sensed,
 };

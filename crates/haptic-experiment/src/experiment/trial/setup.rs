@@ -1,10 +1,7 @@
 //! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
 
 use super::second::second;
-use super::{
-    Pushed, SecondDevice, TRIAL_SAMPLES, TrialPlan, force_and_rate, no_law_there, plan, safe_chain,
-    thrown, try_out,
-};
+use super::{Pushed, SecondDevice, no_law_there, safe_chain};
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::remote;
 use crate::run::Ran;
@@ -15,6 +12,7 @@ use haptic_analysis::Dynamics;
 use haptic_document::{Failure, FileError, Table, parameters as p};
 use haptic_judge::felt::Tally;
 use haptic_judge::settling::{Criterion, Judge, Settling};
+use haptic_judge::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan, thrown, try_out};
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};

@@ -1,9 +1,9 @@
 //! Walls that never pull, by themselves: hits at random loops, and the two laws of contact side by side.
 
 use super::*;
-use crate::experiment::trial::TrialPlan;
 use fracdiff::Seconds;
 use haptic_judge::settling::{Settling, TrialVerdict};
+use haptic_judge::trial::TrialPlan;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_trial::Sensors;

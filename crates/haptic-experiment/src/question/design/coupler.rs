@@ -18,11 +18,11 @@
 use super::answer::keys;
 use super::nothing_found;
 use super::search::{Tried, best, plan};
+use crate::Sensors;
 use crate::experiment::coupler::{
     COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
 };
 use crate::experiment::trial::TrialSetup;
-use crate::{Sensors, TrialPlan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, ForcePath, LeastDamping,
@@ -32,6 +32,7 @@ use haptic_document::Failure;
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use haptic_judge::preflight::softer;
 use haptic_judge::settling::Settling;
+use haptic_judge::trial::TrialPlan;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_question::bench::{AskedDevice, for_each_order, minimum_of};
 use haptic_trial::device_table::dynamics;

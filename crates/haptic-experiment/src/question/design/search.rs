@@ -26,7 +26,6 @@
 
 use super::bench::Bench;
 use super::{Candidate, Design, Noisier};
-use crate::TrialPlan;
 use crate::experiment::trial::{Trial, TrialSetup, louder};
 use crate::experiment::wall::WallExperiment;
 use fracdiff::{FrequencyResponse as _, Order, Seconds};
@@ -34,6 +33,7 @@ use haptic_analysis::AnalysisError;
 use haptic_document::Failure;
 use haptic_judge::settling::Settling;
 use haptic_judge::settling::{GONE_M, TrialVerdict};
+use haptic_judge::trial::TrialPlan;
 use haptic_question::bench::last;
 use rayon::prelude::*;
 use std::sync::Arc;

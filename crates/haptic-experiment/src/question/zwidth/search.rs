@@ -4,9 +4,7 @@ use super::campaign::{Campaign, Cell, Extent, Line};
 use super::trials::Trials;
 use super::upward::{Settled, upward};
 use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
-use crate::experiment::trial::{
-    PositionLaw, TrialPlan, force_and_rate, force_limit, thrown, try_out, wall_at_start,
-};
+use crate::experiment::trial::PositionLaw;
 use crate::run::remote::{RemoteDevice, RemoteLaw, device_name, held, portable};
 use fracdiff::{Differintegrator as _, Operator, Order};
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
@@ -16,6 +14,7 @@ use haptic_judge::modelled_tissue::{loop_operator, operator};
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::{Criterion, TrialVerdict};
+use haptic_judge::trial::{TrialPlan, force_and_rate, force_limit, thrown, try_out, wall_at_start};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::{Newtons, Seconds};
 use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain, SafetyLimits};
@@ -758,8 +757,8 @@ impl Theory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::TrialPlan;
     use fracdiff::{Scheme, Seconds};
+    use haptic_judge::trial::TrialPlan;
     use testkit::device::dissertation;
 
     #[test]

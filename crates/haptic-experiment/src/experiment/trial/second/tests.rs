@@ -133,7 +133,7 @@ fn the_first_swing_ends_the_trial() {
     let mut engaged = parts.controller.engage(&mut parts.device);
     let Ok(_) = engaged.run(parts.samples, |sample| {
         ticks += 1;
-        crate::experiment::trial::seen(judge, sample)
+        haptic_judge::trial::seen(judge, sample)
     });
     assert!(ticks < 100, "{ticks}");
     let settling = judge.settling(false, None);

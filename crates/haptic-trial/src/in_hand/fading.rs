@@ -12,7 +12,7 @@
 //! ```
 //!   Inwards c comes back, by as much a tick as s. Out of contact A and c begin anew, and a change is done. Without a change c is 1, to the bit.
 
-use super::hand::START_M;
+use crate::in_hand::hand::START_M;
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 use std::mem;
@@ -106,7 +106,7 @@ impl<E: Environment<f64, 1>> Law<E> {
     }
 
     /// Without any past.
-    pub(crate) fn untouched(environment: E) -> Self {
+    pub fn untouched(environment: E) -> Self {
         Self {
             history: environment.at_rest(),
             environment,
@@ -115,7 +115,7 @@ impl<E: Environment<f64, 1>> Law<E> {
     }
 
     /// Of a device that always stood here, m.
-    pub(crate) fn standing(environment: E, position_m: f64) -> Self {
+    pub fn standing(environment: E, position_m: f64) -> Self {
         let history = standing(&environment, position_m);
         Self {
             environment,
@@ -124,7 +124,8 @@ impl<E: Environment<f64, 1>> Law<E> {
         }
     }
 
-    pub(crate) fn hear(&mut self, position_m: f64) {
+    /// Takes the position of a tick.
+    pub fn hear(&mut self, position_m: f64) {
         (self.environment).advance(&mut self.history, &Vector1::new(position_m));
         self.next += 1;
     }
@@ -175,11 +176,7 @@ impl<E: Environment<f64, 1>> Fading<E> {
     }
 
     /// The force that the laws want here, N, whatever this touch has taken.
-    pub(crate) fn wanted(
-        &self,
-        history: &FadingHistory<E::History>,
-        position_m: &Vector1<f64>,
-    ) -> f64 {
+    pub fn wanted(&self, history: &FadingHistory<E::History>, position_m: &Vector1<f64>) -> f64 {
         let new = self.new.force(&history.new, position_m)[0];
         if history.is_settled() {
             return new;
@@ -253,7 +250,7 @@ impl<E: Environment<f64, 1>> Environment<f64, 1> for Fading<E> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::in_hand::fading::*;
     use fracdiff::{Operator, Order, Scheme, Seconds};
     use haptic_loop::{Contact, SpringDamper};
     use testkit::Random;

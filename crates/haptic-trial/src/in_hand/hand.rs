@@ -5,11 +5,11 @@
 //! Spring and damper are part of the plant, so they are exact between samples and stable whatever their values. Without a hand
 //! the device is a mass on its own damper.
 
+use crate::Sensors;
 use haptic_document::Failure;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Device, Reading, SafeForce};
-use haptic_trial::Sensors;
 use nalgebra::Vector1;
 use std::convert::Infallible;
 
@@ -24,7 +24,7 @@ const HAND_SPEED_M_PER_S: f64 = 0.5;
 /// Time constant of each of the two smoothings, s: a pointer reports its position 60 times a second.
 const SMOOTHING_S: f64 = 0.006;
 /// Place of the device before it is touched, m: in front of the surface.
-pub(super) const START_M: f64 = -5e-3;
+pub const START_M: f64 = -5e-3;
 
 #[derive(Clone, Copy, Debug)]
 struct Pointer {
@@ -217,11 +217,11 @@ impl Device<f64, 1> for HeldDevice {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::DeviceValues;
+    use crate::in_hand::hand::*;
     use haptic_document::parameters::{DAMPING, MASS};
     use haptic_loop::units::{Kilograms, Newtons, NewtonsPerSecond, Seconds};
     use haptic_loop::{SafetyChain, SafetyState};
-    use haptic_trial::DeviceValues;
 
     fn ideal() -> MassDamperConfig {
         MassDamperConfig::ideal(

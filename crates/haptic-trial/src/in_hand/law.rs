@@ -1,12 +1,12 @@
 //! The law that is felt: how long it remembers, how it becomes another, and when it may not be felt.
 
-use super::fading::Fading;
-use super::place::Placed;
+use crate::in_hand::fading::Fading;
+use crate::in_hand::place::Placed;
+use crate::preflight::PreflightVerdict;
 use fracdiff::{Operator, Seconds};
 use haptic_document::Failure;
 use haptic_loop::{Pushing, Wall};
 use haptic_quantity::digits;
-use haptic_trial::preflight::PreflightVerdict;
 
 /// A tissue or wall behind its surface: the law of `[wall]`.
 pub type Felt = Placed<Pushing<Wall<f64, Operator<f64>>>>;
