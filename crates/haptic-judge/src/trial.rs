@@ -36,7 +36,7 @@ pub struct TrialPlan {
     pub threshold_m: f64,
     /// Constant push into the wall, N: above 0, below the force limit.
     pub push_n: f64,
-    /// Who pushes.
+    /// The source of the push.
     pub push_by: PushBy,
     /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
     /// device, which cannot be thrown.

@@ -5,15 +5,21 @@
 //! ```
 //! `.ci/run` holds what it prints here against what it prints as WebAssembly in Node.
 
-use haptic_document::Failure;
+use haptic_document::{Document, Failure};
+use haptic_question::analysis::{Analysis, tables};
 use haptic_question::control_loop::{ControlLoop, FormParts, LoopForm};
 use haptic_question::controller::DesignForm;
 use haptic_question::controller::report::designed;
+use haptic_question::measurement::drive::on_simulated;
+use haptic_question::measurement::estimate::estimate;
+use haptic_question::measurement::{MEASUREMENT, MeasurePlan, TABLES};
 use haptic_question::plant::PlantQuestion;
 use haptic_question::plant::keys::PlantForm;
 use haptic_question::tissue::{RecordForm, RecordQuestion};
+use haptic_trial::device_table::{device, with_devices};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 fn form<T: DeserializeOwned>(keys: Value) -> T {
@@ -49,6 +55,31 @@ fn step() -> String {
     format!("time_s,input,output\n{rows}")
 }
 
+/// The analysis of a document of one table.
+fn analysed(text: &str) -> Result<Value, Failure> {
+    let document = Document::of_text(Path::new("form"), text);
+    let parsed = document.parse()?;
+    let known = ["analyze-stability", "analyze-transparency", "measure"];
+    let (kind, table, _) = parsed.one_of(&known, &[], "question", "one table")?;
+    if kind == MEASUREMENT {
+        let table = with_devices(table.with_keys(&TABLES)?)?;
+        let plan = MeasurePlan::read(&table)?;
+        let (moved, sensors) = device(&table, plan.sample_time_s)?;
+        let stop = AtomicBool::new(false);
+        let motion = on_simulated(&plan, moved, sensors, &|_| {}, &stop)?;
+        return Ok(json!(estimate(&motion, false).map_err(Failure::input)?));
+    }
+    let table = with_devices(table.with_keys(tables(kind).unwrap_or_default())?)?;
+    let unread = |path: &Path| Ok(Document::of_text(path, ""));
+    let analysis = Analysis::read(kind, &table, unread).expect("an analysis")?;
+    let answer = analysis.answer(&|_| {}, &AtomicBool::new(false), &|_| {})?;
+    Ok(json!([answer, format!("{:?}", answer.drawn)]))
+}
+
+/// A wall of order ½ on the device of the dissertation.
+const WALL: &str = "order = 0.5\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 8\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n\
+                    sample_time_s = 0.002\n";
+
 fn answers() -> Result<Vec<(&'static str, Value)>, Failure> {
     let stop = AtomicBool::new(false);
     let record = RecordQuestion::of(&form::<RecordForm>(json!({})))?;
@@ -70,6 +101,12 @@ fn answers() -> Result<Vec<(&'static str, Value)>, Failure> {
         ("plant", json!(plant.report())),
         ("controller", design.report("plant")),
         ("loop", json!(alone.analysed()?.report)),
+        ("stable", analysed(&format!("[analyze-stability]\n{WALL}"))?),
+        (
+            "felt",
+            analysed(&format!("[analyze-transparency]\n{WALL}"))?,
+        ),
+        ("device", analysed("[measure]\nduration_s = 2\n")?),
     ])
 }
 
