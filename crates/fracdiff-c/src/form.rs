@@ -311,29 +311,73 @@ const RECURSION_OF_ONE: &str = "    const real y = DIRECT * u + self->state[0];
     past = self->state[0];
 ";
 
+/// As [`RECURSION`], where b is −g·a₁, g·a₂, …: half the multiplications.
+const MIRRORED: &str = "    const real z = self->state[0];
+    const real odd = z + (u + u);
+LOOP    past = DIRECT * self->state[0];
+";
+
+/// The loop of [`MIRRORED`] over the pairs that a state follows.
+const PAIRS: &str = "    uint32_t i;
+    for (i = 0U; i < PAIRED; i += 2U) {
+        self->state[i] = self->state[i + 1U] - @_backward[i] * odd;
+        self->state[i + 1U] = self->state[i + 2U] - @_backward[i + 1U] * z;
+    }
+";
+
+/// The step of [`MIRRORED`] for this degree.
+fn mirrored(degree: usize, direct: &str) -> String {
+    let (paired, last) = ((degree - 1) / 2 * 2, degree - 1);
+    let mut all = if paired > 0 {
+        filled(PAIRS, &[("PAIRED", &format!("{paired}U"))])
+    } else {
+        String::new()
+    };
+    for i in paired..degree {
+        let next = if i == last {
+            "ZERO".to_owned()
+        } else {
+            format!("self->state[{last}U]")
+        };
+        let fed = if i == paired { "odd" } else { "z" };
+        all += &format!("    self->state[{i}U] = {next} - @_backward[{i}U] * {fed};\n");
+    }
+    filled(MIRRORED, &[("LOOP", &*all), ("DIRECT", direct)])
+}
+
 /// A recursive filter: g, b₁, a₁, b₂, a₂, ….
 fn recursion<F: CNumber>(values: &[F]) -> Option<Core> {
-    let (&direct, rest) = values.split_first()?;
+    let (&g, rest) = values.split_first()?;
     let (pairs, rest) = rest.as_chunks::<2>();
     if !rest.is_empty() || pairs.is_empty() {
         return None;
     }
     let degree = pairs.len();
     let column = |which: usize| pairs.iter().map(|pair| pair[which]).collect::<Vec<F>>();
-    let direct = literal(direct);
-    let step = if degree == 1 {
-        RECURSION_OF_ONE
+    let direct = literal(g);
+    // As fracdiff decides it.
+    let is_mirrored = pairs.iter().enumerate().all(|(i, &[b, a])| {
+        let product = g * a;
+        b == if i % 2 == 0 { -product } else { product }
+    });
+    let mut tables = table("@_backward", &column(1));
+    let step = if is_mirrored {
+        mirrored(degree, &direct)
     } else {
-        RECURSION
+        tables.push_str(&table("@_forward", &column(0)));
+        let step = if degree == 1 {
+            RECURSION_OF_ONE
+        } else {
+            RECURSION
+        };
+        let last = format!("{}U", degree - 1);
+        filled(step, &[("LAST", &*last), ("DIRECT", &direct)])
     };
     Some(Core {
-        tables: table("@_forward", &column(0)) + &table("@_backward", &column(1)),
+        tables,
         fields: vec![Field::Reals("state", degree)],
         functions: String::new(),
-        step: filled(
-            step,
-            &[("LAST", &format!("{}U", degree - 1)), ("DIRECT", &direct)],
-        ),
+        step,
         direct,
         words: format!("a recursive filter of degree {degree}"),
     })

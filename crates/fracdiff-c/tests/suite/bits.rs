@@ -1,7 +1,8 @@
 //! The same bits over 100 000 samples, by every compiler that is here, without a warning or undefined behaviour.
 
-use super::{CASES, build, hash, hash_of_push, header_of, laws, said_by, written};
-use fracdiff::OperatorList;
+use super::{CASES, build, hash, hash_of, hash_of_push, header_of, laws, said_by, written};
+use fracdiff::portable::Form;
+use fracdiff::{Differintegrator as _, OperatorList, PortableOperator};
 use fracdiff_c::{CHeader, CNumber, WallLaw};
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -86,6 +87,27 @@ fn has_the_same_bits<F: CNumber>((scheme, order): (&str, f64), compilers: &Compi
     let header = header_of(&operator, &folder);
     for (have, by) in said_by::<F>(compilers, "run.c", &header, &[]) {
         assert_eq!(have, want, "{scheme} {order}, {by}");
+    }
+}
+
+/// A recursive filter of any origin, which does not run as Tustin and Muir's does.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_recursion_of_free_coefficients_has_the_same_bits() {
+    let values: [&[f32]; 2] = [&[1.5, 0.5, -0.3], &[0.7, 0.5, -0.9, 0.25, 0.3, -0.1, 0.05]];
+    for values in values {
+        let operator = PortableOperator::<f32, 1, 8, 3>::new(Form::Recursion, 0, values);
+        let operator = operator.expect("an operator");
+        let mut history = operator.at_rest();
+        let want = hash_of(|x| operator.step(&mut history, x));
+        let mut list = build::<f32>("tustin-muir:1", 0.5).list().expect("a list");
+        list.values = values.to_vec();
+        let folder = Folder::empty();
+        let header = CHeader::new("op", &list, None, &[]).expect("a header");
+        let header = written(&header, &folder);
+        for (have, by) in said_by::<f32>(COMPILERS, "run.c", &header, &[]) {
+            assert_eq!(have, want, "{values:?}, {by}");
+        }
     }
 }
 

@@ -21,6 +21,8 @@ const CASES: &[(&str, f64)] = &[
     ("grunwald:100", -0.4),
     ("muir:5", 0.3),
     ("tustin-muir:1", 0.5),
+    ("tustin-muir:2", 0.5),
+    ("tustin-muir:4", 1.3),
     ("tustin-muir:5", -0.7),
     ("oustaloup:4:0.1:100", 0.6),
     ("oustaloup:3:0.1:100", -1.6),

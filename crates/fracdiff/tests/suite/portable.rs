@@ -94,6 +94,35 @@ fn a_full_memory_from_its_list_has_its_bits() {
 }
 
 #[test]
+fn a_recursion_of_free_coefficients_solves_its_difference_equation() {
+    // y[n] = g·x[n] + Σ_i (b_i·x[n−i] − a_i·y[n−i]); then one whose b are g·a with every other sign turned, but for one bit.
+    let mirrored = [2.0, 1.0, -0.5, 0.4, 0.2];
+    let mut nearly = mirrored;
+    nearly[3] = 0.4_f64.next_up();
+    for list in [[1.5, 0.7, -0.9, 0.25, 0.3], nearly, mirrored] {
+        let operator = Portable::<f64>::new(Form::Recursion, 0, &list).expect("valid");
+        let values = (0..).map_while(|index| operator.value(index));
+        assert_eq!(values.collect::<Vec<f64>>(), list);
+        let [g, b1, a1, b2, a2] = list;
+        let (mut history, mut before) = (operator.at_rest(), [[0.0; 2]; 2]);
+        for n in 0..3000 {
+            let x = signal(n);
+            let [[x1, y1], [x2, y2]] = before;
+            let want = g * x + (b1 * x1 - a1 * y1) + (b2 * x2 - a2 * y2);
+            let y = operator.step(&mut history, x);
+            assert!((y - want).abs() <= 1e-16, "{list:?} {n}: {y}, {want}");
+            before = [[x, y], [x1, y1]];
+        }
+        let mut history = operator.settled(0.7).expect("it settles");
+        let want = 0.7 * (g + b1 + b2) / (1.0 + a1 + a2);
+        for _ in 0..300 {
+            let y = operator.step(&mut history, 0.7);
+            assert!((y - want).abs() <= 1e-14, "{list:?}: {y}, {want}");
+        }
+    }
+}
+
+#[test]
 fn a_list_that_is_no_operator_is_refused() {
     type P = Portable<f32>;
     let zeros = [0.0; 400];

@@ -136,6 +136,20 @@ fn muir_polynomial_of_even_degree_is_the_one_before() {
 }
 
 #[test]
+fn muir_polynomial_of_the_opposite_order_has_every_other_sign_turned() {
+    // A_n(w, −μ) = A_n(−w, μ), to the last bit.
+    for mu in [0.0, 0.2247, 0.5, 0.999, 1.7] {
+        for degree in 0..=21 {
+            let (mut one, mut other) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);
+            muir_coefficients(order(mu), &mut one);
+            muir_coefficients(order(-mu), &mut other);
+            one.iter_mut().skip(1).step_by(2).for_each(|a| *a = -*a);
+            assert_eq!(one, other, "{mu} {degree}");
+        }
+    }
+}
+
+#[test]
 fn muir_polynomials_solve_their_defining_recursion() {
     // A_n(w) = A_{n−1}(w) − c_n·wⁿ·A_{n−1}(1/w), from vectors kept apart.
     let mu = 0.6;
