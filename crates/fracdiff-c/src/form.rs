@@ -311,7 +311,7 @@ const RECURSION_OF_ONE: &str = "    const real y = DIRECT * u + self->state[0];
     past = self->state[0];
 ";
 
-/// As [`RECURSION`], where b is −g·a₁, g·a₂, …: half the multiplications.
+/// The step where b is −g·a₁, g·a₂, …, with half the multiplications of [`RECURSION`].
 const MIRRORED: &str = "    const real z = self->state[0];
     const real odd = z + (u + u);
 LOOP    past = DIRECT * self->state[0];
