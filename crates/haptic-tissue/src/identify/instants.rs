@@ -4,16 +4,19 @@
 //! tₖ ← tₖ + dₖ,   d the least of ‖model + D·d − record‖² + Σ (σ(tₖ + dₖ − middle)/(wₖ/√12))²      Dₖ = −sₖ·J′(x − tₖ), a few times
 //! left open:  Dₖ·(wₖ/√12)/σ, of which a sum with normal shares of deviation 1 is in the strain
 //! ```
-//! The columns are those of any doubt of a record: neither choice nor intervals of any model count an instant as known. J is that of the best model
-//! with up to four parameters beside these columns. A uniform prior and a normal one of its deviation differ only where a record says next to
-//! nothing about its instants, and then neither matters.
+//! The columns are those of any doubt of a record: neither choice nor intervals of any model count an instant as known. J is that of the
+//! [reference](super::reference) beside these columns, which takes no model for granted. J(t + d) has a positive spectrum too, so that it tells less than
+//! a model of few parameters: once the instants have settled, the best model takes its place if its BIC is the less. A record too short for
+//! a reference has the best model in each round. A uniform prior and a normal one of its deviation differ only where a record
+//! says next to nothing about its instants, and then neither matters.
 //!
-//! *Cost*: a search of few models, each from few starts, for each round.
+//! *Cost*: a reference for each round, and one search of all models from few starts.
 
 use super::elements::Candidate;
 use super::fit::fit;
 use super::options::{Options, candidates, target_of};
 use super::record::{Record, digits};
+use super::reference::Reference;
 use super::search::search;
 use crate::model::Model;
 use fracdiff::parameter::Shown;
@@ -22,9 +25,8 @@ use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
 const ROUNDS: usize = 6;
-/// Starts and parameters of a model that suffice to find an instant.
+/// Starts of a model that suffice to find an instant.
 const STARTS: usize = 3;
-const PARAMETERS: usize = 4;
 /// Share of a time since a step over which the slope of J is taken.
 const STEP: f64 = 1e-3;
 /// Deviation of an instant that is known, over the time of the record.
@@ -32,48 +34,53 @@ const FIXED: f64 = 1e-9;
 /// A move over the standard error of an instant that needs no further round.
 const SETTLED: f64 = 0.1;
 
-/// The record with its steps where they most likely were, and what of these instants is left open; as it is where no model fits.
+/// The source of J.
+enum Answer<'a> {
+    Spectrum(Box<Reference<'a>>),
+    Model(Model),
+}
+
+impl Answer<'_> {
+    fn creep(&self, times_s: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Spectrum(spectrum) => spectrum.creep(times_s),
+            Self::Model(model) => model.creep_compliances(times_s),
+        }
+    }
+}
+
+/// The record with its steps where they most likely were, and what of these instants is left open; as it is where nothing fits.
 pub(super) fn found(record: &Record, options: &Options, stop: &AtomicBool) -> Record {
+    let chosen = options.chosen.map(|kind| vec![kind]);
     let few = Options {
-        candidates: match options.chosen {
-            Some(kind) => vec![kind],
-            None => (options.candidates.iter().copied())
-                .filter(|kind| kind.parameters().len() <= PARAMETERS)
-                .collect(),
-        },
+        candidates: chosen.unwrap_or_else(|| options.candidates.clone()),
         starts: options.starts.min(STARTS),
         bootstrap: 0,
         ..options.clone()
     };
     let ends: Vec<[f64; 2]> = record.instants().collect();
-    let mut here = record.clone();
-    for (step, [early, late]) in here.steps.iter_mut().zip(&ends) {
+    let mut middle = record.clone();
+    for (step, [early, late]) in middle.steps.iter_mut().zip(&ends) {
         step[0] = 0.5 * (early + late);
     }
-    for round in 1..=ROUNDS {
-        let model = nearest(&here, &few, stop).map(|one| one.1);
-        let moved = model.and_then(|model| moved(&here, &model, &ends, &few, stop));
-        let Some(moved) = moved else {
-            return record.clone();
-        };
-        (here.bounded, here.expected) = (moved.open, moved.expected);
-        let steps = here.steps.iter().zip(moved.moves).zip(&ends);
-        let steps = steps.map(|((step, [by_s, error_s]), [early, late])| {
-            let to_s = (step[0] + by_s).clamp(*early, *late);
-            let is_settled = (to_s - step[0]).abs() <= SETTLED * error_s;
-            (is_settled, [to_s, step[1]])
-        });
-        let (are_settled, steps): (Vec<bool>, Vec<[f64; 2]>) = steps.unzip();
-        if round == ROUNDS || !are_settled.contains(&false) {
-            break;
-        }
-        here.steps = steps;
+    let any = |here: &Record| {
+        let spectrum = Reference::of(&target_of(here, options, stop), None);
+        let any = spectrum.map(|spectrum| Answer::Spectrum(Box::new(spectrum)));
+        any.or_else(|| Some(Answer::Model(nearest(here, &few, stop)?.1)))
+    };
+    let Some((mut here, answer)) = settled(middle, &ends, &any, &few, stop) else {
+        return record.clone();
+    };
+    if let Answer::Spectrum(spectrum) = &answer
+        && let Some((bic, model)) = nearest(&here, &few, stop)
+        && bic < spectrum.bic()
+    {
+        let model = |_: &Record| Some(Answer::Model(model.clone()));
+        let last = settled(here.clone(), &ends, &model, &few, stop);
+        here = last.map_or(here, |last| last.0);
     }
-    let between = here
-        .steps
-        .iter()
-        .zip(&ends)
-        .filter(|(_, ends)| ends[1] > ends[0]);
+    let between = here.steps.iter().zip(&ends);
+    let between = between.filter(|(_, ends)| ends[1] > ends[0]);
     let instants = between.map(|(step, _)| Shown(digits(step[0])).to_string());
     here.warnings.push(format!(
         "a step of the stress between two rows is taken where it most likely was, {} s after the row before the first step; choice and intervals know \
@@ -81,6 +88,33 @@ pub(super) fn found(record: &Record, options: &Options, stop: &AtomicBool) -> Re
         instants.collect::<Vec<_>>().join(" and ")
     ));
     here
+}
+
+/// The record once its instants stay, and the answer beside them; `None` where nothing answers.
+fn settled<'a>(
+    mut here: Record,
+    ends: &[[f64; 2]],
+    answer: &dyn Fn(&Record) -> Option<Answer<'a>>,
+    options: &Options,
+    stop: &AtomicBool,
+) -> Option<(Record, Answer<'a>)> {
+    for round in 1.. {
+        let answer = answer(&here)?;
+        let moved = moved(&here, &answer, ends, options, stop)?;
+        (here.bounded, here.expected) = (moved.open, moved.expected);
+        let steps = here.steps.iter().zip(moved.moves).zip(ends);
+        let steps = steps.map(|((step, [by_s, error_s]), [early, late])| {
+            let to_s = (step[0] + by_s).clamp(*early, *late);
+            let is_settled = (to_s - step[0]).abs() <= SETTLED * error_s;
+            (is_settled, [to_s, step[1]])
+        });
+        let (are_settled, steps): (Vec<bool>, Vec<[f64; 2]>) = steps.unzip();
+        if round == ROUNDS || !are_settled.contains(&false) {
+            return Some((here, answer));
+        }
+        here.steps = steps;
+    }
+    None
 }
 
 /// BIC per sample and model of the best of these candidates, without a stiffening of its own.
@@ -98,7 +132,7 @@ pub(super) fn nearest(record: &Record, few: &Options, stop: &AtomicBool) -> Opti
 
 /// Instants about those of a record.
 struct Moved {
-    /// Move of each so that the least is left, s, and its standard error with this model.
+    /// Move of each so that the least is left, s, and its standard error beside this answer.
     moves: Vec<[f64; 2]>,
     /// Columns of what is left open of them.
     open: Vec<Vec<f64>>,
@@ -106,10 +140,10 @@ struct Moved {
     expected: Vec<f64>,
 }
 
-/// The instants that leave the least of a record with this model; `None` where it leaves nothing, or is 0.
+/// The instants that leave the least of a record with this answer; `None` where it leaves nothing, or is 0.
 fn moved(
     record: &Record,
-    model: &Model,
+    answer: &Answer<'_>,
     ends: &[[f64; 2]],
     options: &Options,
     stop: &AtomicBool,
@@ -126,7 +160,7 @@ fn moved(
             .map(|t| t * (1.0 + shift))
             .filter(|t| *t > 0.0)
             .collect();
-        let mut all = model.creep_compliances(&times).into_iter();
+        let mut all = answer.creep(&times).into_iter();
         since
             .map(|t| {
                 if t > 0.0 {

@@ -16,6 +16,7 @@
 //!   Methods and their Application*, 1997, section 4.2 (the test).
 
 use super::elements::Candidate;
+use super::fit::criteria;
 use super::search::Best;
 use super::target::Target;
 use super::whitened;
@@ -25,7 +26,7 @@ use nalgebra::DMatrix;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
-use spring_pots::SpectralMode;
+use spring_pots::{Quantity, SpectralMode};
 use std::ops::Range;
 
 /// Numbers of a record without which a spectrum tells nothing.
@@ -242,6 +243,23 @@ impl<'a> Reference<'a> {
 
     pub(super) fn active(&self) -> &[(SpectralMode, f64)] {
         &self.active
+    }
+
+    /// BIC per number of the record, as that of a model with a parameter for each mode and white noise.
+    pub(super) fn bic(&self) -> f64 {
+        criteria(&self.target, self.unfiltered, self.active.len())[1] / self.target.len() as f64
+    }
+
+    /// Creep compliances, 1/Pa, of a record of creep, at times, s.
+    pub(super) fn creep(&self, times_s: &[f64]) -> Vec<f64> {
+        let at = |time_s: &f64| {
+            let ln_time = libm::log(time_s / self.target.unit_s);
+            let modes = self.active.iter();
+            let parts = modes
+                .map(|(mode, size)| libm::exp(*size) * mode.at(Some(Quantity::Creep), ln_time)[0]);
+            parts.sum()
+        };
+        times_s.iter().map(at).collect()
     }
 
     /// Misfit of a candidate, fitted through the filter.

@@ -550,6 +550,7 @@ fn fitted(
     });
     let misses = sum.misses(target);
     let weighted = target.through(&misses);
+    let misses = target.undoubted(&misses);
     let weighted = weighted.iter().map(|miss| miss * miss).sum::<f64>() / misses.len() as f64;
     let squares = misses.iter().map(|miss| miss * miss).sum::<f64>();
     let predicted = misses.iter().enumerate();

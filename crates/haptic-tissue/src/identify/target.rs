@@ -443,12 +443,14 @@ impl<'a> Target<'a> {
             *column = self.through_filter(column);
         }
         columns[VARIABLES] = self.through_filter(&columns[VARIABLES]);
-        for (n, value) in columns[VARIABLES].iter().enumerate() {
+        for (n, (value, root)) in columns[VARIABLES].iter().zip(&self.roots).enumerate() {
+            // A filter mixes rows, of which none has a weight of its own.
+            let root = if self.noise.order() == 0 { *root } else { 1.0 };
             let slope = Slope {
-                value: *value,
-                by: std::array::from_fn(|variable| columns[variable][n]),
+                value: value / root,
+                by: std::array::from_fn(|variable| columns[variable][n] / root),
             };
-            each(n, 1.0, slope);
+            each(n, root, slope);
         }
         finite
     }
@@ -658,6 +660,12 @@ impl<'a> Target<'a> {
         } else {
             self.through_filter(&weighted)
         }
+    }
+
+    /// A column without what the doubts make of it, one number a residual.
+    pub(super) fn undoubted(&self, column: &[f64]) -> Vec<f64> {
+        let weighted = self.through(column).into_iter().zip(&self.roots);
+        weighted.map(|(value, root)| value / root).collect()
     }
 
     fn sampled(&self, at: &dyn Fn(f64) -> [Slope; 2], each: &mut dyn FnMut(usize, Slope)) {
