@@ -48,7 +48,7 @@ pub struct Tally {
     most: u64,
     sample_time_s: f64,
     first: (u64, f64),
-    /// Number of ticks.
+    /// Number of ticks that were counted, in contact or not.
     pub ticks: u64,
     inside: u64,
     was_inside: bool,
