@@ -47,7 +47,7 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Row {
-    /// Per tick, to a tenth.
+    /// Instructions per tick, to a tenth.
     instructions: f64,
     /// The count before the last declared change, and why it changed.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -13,7 +13,7 @@ use haptic_loop::DepthMap;
 const T: Seconds = Seconds(1e-3);
 /// Integrals, the tissue's order, whole orders, and beyond one.
 const ORDERS: [f64; 6] = [-1.3, -0.5, 0.2247, 0.5, 1.0, 1.5];
-/// Of these, orders whose modes are designed on the target too: it does some 10⁵ exponentials for each.
+/// Orders of these whose modes are designed on the target too: it does some 10⁵ exponentials for each.
 const DESIGNED: [f64; 3] = [-0.5, 0.2247, 1.5];
 /// Longer than the longest finite memory, and long enough for slow modes to differ from rest.
 const SAMPLES: u32 = 1500;

@@ -26,7 +26,7 @@ const TICKS: u32 = 400;
 struct Probe {
     tick: u32,
     read_at: Cell<u32>,
-    /// From the end of `read` to the start of `write`, counts.
+    /// Counts from the end of `read` to the start of `write`.
     path: Cell<u32>,
 }
 

@@ -31,7 +31,7 @@ pub struct Bench {
     from_device: Receiver<DeviceReport>,
     now_us: u64,
     sequence: u32,
-    /// As the last hello was answered; frames of the fuzzer may make it another one.
+    /// Connection as the last hello was answered; frames of the fuzzer may make it another one.
     connection: u32,
     /// What the device has staged, seen from outside.
     staged: Configuration,

@@ -66,7 +66,7 @@ impl<T> Array<T> {
         Self { values, shape }
     }
 
-    /// As many numbers as the shape has, those of the last axis side by side.
+    /// Array of as many numbers as the shape has, those of the last axis side by side.
     pub(crate) const fn shaped(values: Vec<T>, shape: Vec<usize>) -> Self {
         Self { values, shape }
     }
@@ -225,7 +225,7 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
 }
 
 impl Whole {
-    /// As a number in a range.
+    /// Number in a range.
     pub(crate) fn within<T>(&self, name: &str, range: RangeInclusive<T>) -> PyResult<T>
     where
         T: TryFrom<i128> + PartialOrd + Display,
@@ -243,7 +243,7 @@ impl Whole {
         })
     }
 
-    /// As a number of values, with room for `each` times as many.
+    /// Number of values, with room for `each` times as many.
     pub(crate) fn with_room(&self, name: &str, each: usize) -> PyResult<usize> {
         // As many as there can be addresses for.
         let count = self.within(name, 0..=isize::MAX as usize / size_of::<f64>())?;

@@ -57,7 +57,7 @@ impl Conduct {
         !self.kept.load(Ordering::Relaxed)
     }
 
-    /// To be called before a device is driven, and kept until it has let go.
+    /// Guard to be taken before a device is driven, and kept until it has let go.
     pub(crate) fn drives(&self) -> PyResult<Driving> {
         Driving::new(&self.stop)
     }

@@ -61,7 +61,7 @@ fn is_known(signal: c_int) -> bool {
     low_level::signal_name(signal).is_some_and(|name| name != "SIGIO")
 }
 
-/// From now on signals do at once what they do to any program; the one that has come is done first. To be stopped, and to go on later,
+/// Lets signals do at once, from now on, what they do to any program; the one that has come is done first. To be stopped, and to go on later,
 /// is waited for here.
 fn rest() {
     RESTS.store(true, Ordering::SeqCst);
@@ -151,7 +151,7 @@ pub(crate) fn let_go(py: Python<'_>) {
     });
 }
 
-/// In a fork: it drives none of the devices of its parent, so that signals end it as any other process.
+/// Makes a fork drive none of the devices of its parent, so that signals end it as any other process.
 #[pyfunction]
 pub(crate) fn forked() {
     // Nobody here would give a lock back that another thread of the parent has.

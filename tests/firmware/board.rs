@@ -22,7 +22,7 @@ const PAINT: [u8; 4] = 0xCCCC_CCCC_u32.to_le_bytes();
 pub(crate) struct Emulator {
     qemu: Qemu,
     path: String,
-    /// Of the socket.
+    /// Folder of the socket.
     _folder: Folder,
 }
 

@@ -83,7 +83,7 @@ const CONTROLLERS: usize = 3;
 pub(crate) struct Count {
     /// The whole tick.
     pub(crate) tick: u32,
-    /// From sensor to force.
+    /// Instructions from sensor to force.
     pub(crate) path: u32,
 }
 

@@ -43,7 +43,7 @@ fn image() -> PathBuf {
     firmware().with_file_name("target/firmware/thumbv7em-none-eabihf/release/my-board")
 }
 
-/// In this folder, with nothing that a test's own cargo has set.
+/// Command in this folder, with nothing that a test's own cargo has set.
 fn at_home<'c>(command: &'c mut Command, folder: &Path) -> &'c mut Command {
     command
         .current_dir(folder)

@@ -27,7 +27,7 @@ trait Case: Debug {
     /// The edge next to a weak law, with the angle at which its pole crosses; `None` if no weak law is stable.
     fn edge(&self) -> Option<(f64, f64)>;
 
-    /// By analysis.
+    /// True if it is stable by analysis.
     fn is_stable(&self, gain: f64) -> bool;
 
     /// Whether a push of the device dies out, by simulation.

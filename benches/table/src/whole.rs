@@ -55,7 +55,7 @@ fn tick(controller: &impl Controller<f64>) -> f64 {
     least
 }
 
-/// Of the device of the dissertation's section 4.4, 65 g and 3.5 N·s/m at 500 Hz, with a fractional wall of order 0.5.
+/// Damping without units of the device of the dissertation's section 4.4, 65 g and 3.5 N·s/m at 500 Hz, with a fractional wall of order 0.5.
 const DELTA: f64 = 3.5 * 0.002 / 0.065;
 
 fn wall(alpha: f64, beta: f64) -> Nondimensional {

@@ -49,7 +49,7 @@ impl Arc {
         0.5 * (self.low + self.high)
     }
 
-    /// From the middle to an end.
+    /// Angle from the middle to an end.
     #[must_use]
     pub fn half_width(&self) -> f64 {
         0.5 * (self.high - self.low)
@@ -70,14 +70,14 @@ pub struct Enclosed {
 }
 
 impl Enclosed {
-    /// With the size that value and rate allow, where the derivative in the middle is not known.
+    /// Enclosure with the size that value and rate allow, where the derivative in the middle is not known.
     #[must_use]
     pub fn new(value: Complex<f64>, rate: f64, arc: &Arc) -> Self {
         let unknown = Complex::new(f64::NAN, f64::NAN);
         Self::bent(Jet::new(value, unknown), rate, f64::INFINITY, arc)
     }
 
-    /// With the size and the rate that these bounds allow.
+    /// Enclosure with the size and the rate that these bounds allow.
     #[must_use]
     pub fn bent(middle: Jet, rate: f64, bend: f64, arc: &Arc) -> Self {
         let bounds = Self {
@@ -89,7 +89,7 @@ impl Enclosed {
         bounds.within(arc)
     }
 
-    /// With the bounds that follow from the middle, where they are less.
+    /// Enclosure with the bounds that follow from the middle, where they are less.
     #[must_use]
     pub fn within(self, arc: &Arc) -> Self {
         let half = arc.half_width();
@@ -101,7 +101,7 @@ impl Enclosed {
         Self { size, rate, ..self }
     }
 
-    /// Of the whole arc, as an interval.
+    /// Bounds over the whole arc, as an interval.
     #[must_use]
     pub fn bounds(&self, arc: &Arc) -> Bounds {
         Bounds {

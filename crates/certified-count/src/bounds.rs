@@ -12,7 +12,7 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// From a value and its derivative.
+    /// Jet of a value and its derivative.
     #[must_use]
     pub const fn new(value: Complex<f64>, rate: Complex<f64>) -> Self {
         Self { value, rate }
@@ -67,7 +67,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Of the constant 1.
+    /// Bounds of the constant 1.
     pub const ONE: Self = Self {
         size: 1.0,
         rate: 0.0,
@@ -75,7 +75,7 @@ impl Bounds {
         travel: 0.0,
     };
 
-    /// Of the product of two functions.
+    /// Bounds of the product of two functions.
     #[must_use]
     pub fn times(self, other: Self) -> Self {
         Self {
@@ -88,7 +88,7 @@ impl Bounds {
         }
     }
 
-    /// Of the sum of two functions.
+    /// Bounds of the sum of two functions.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {
@@ -99,7 +99,7 @@ impl Bounds {
         }
     }
 
-    /// Of a function with these global bounds of rate and bend, from its jets at both ends.
+    /// Bounds of a function with these global bounds of rate and bend, from its jets at both ends.
     #[must_use]
     pub fn from_ends(a: &Jet, b: &Jet, width: f64, rate: f64, bend: f64) -> Self {
         let (rate_a, rate_b) = (a.rate.norm(), b.rate.norm());

@@ -56,7 +56,7 @@ pub(crate) struct Winding {
 }
 
 impl Winding {
-    /// With the turn up to where the walk begins.
+    /// Winding with the turn up to where the walk begins.
     pub(crate) const fn new(turned: f64) -> Self {
         Self {
             turned,

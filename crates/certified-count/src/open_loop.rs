@@ -20,7 +20,7 @@ pub struct AtAngle {
 }
 
 impl AtAngle {
-    /// From a value and its angle.
+    /// Pair of a value and its angle.
     #[must_use]
     pub const fn new(value: f64, theta: f64) -> Self {
         Self { value, theta }

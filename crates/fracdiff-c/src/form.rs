@@ -1,6 +1,6 @@
 //! The core of each form of operator in C: its tables, its part of the struct, its step.
 //!
-//! In all of them `u` is the input of the core, and the core leaves its part of the next output in `past`. `@` stands
+//! `u` is the input of the core in all of them, and the core leaves its part of the next output in `past`. `@` stands
 //! for the name, `real` for the number type; both are put in at the end. Words in capitals are put in by [`filled`].
 
 use crate::error::HeaderError;
@@ -23,7 +23,7 @@ pub(crate) struct Core {
     pub(crate) fields: Vec<Field>,
     /// Functions that the step calls.
     pub(crate) functions: String,
-    /// From `u` to `past`, without an input in between.
+    /// Step from `u` to `past`, without an input in between.
     pub(crate) step: String,
     pub(crate) direct: String,
     /// Meaning of the numbers, for the comment.
@@ -184,7 +184,7 @@ const FOUR: &str = "        for (i = FROM + lane; i < TO; i += 8U) {
         }
 ";
 
-/// Of an order without modes: taps alone.
+/// Step of an order without modes: taps alone.
 const TAPS_ONLY: &str = "    uint32_t i;
 TAKE_DUE    past = FIRST_DUE + ZERO;
 ";
@@ -305,7 +305,7 @@ const RECURSION: &str = "    const real y = DIRECT * u + self->state[0];
     past = self->state[0];
 ";
 
-/// As [`RECURSION`], for a single degree.
+/// Variant of [`RECURSION`] for a single degree.
 const RECURSION_OF_ONE: &str = "    const real y = DIRECT * u + self->state[0];
     self->state[0] = ZERO + (@_forward[0] * u - @_backward[0] * y);
     past = self->state[0];

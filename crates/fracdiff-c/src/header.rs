@@ -388,7 +388,7 @@ static inline real @_push(const @_t *self, real x)
 }
 ";
 
-/// Without a map, and with one.
+/// Depths without a map, and with one.
 const DEPTHS: [&str; 2] = [
     "((x < ZERO) ? ZERO : x) + nothing",
     "@_depth_map(((x < ZERO) ? ZERO : x) + nothing)",

@@ -24,13 +24,13 @@ fn short_advance(operator: &Short, history: &mut FirHistory<f32, 1024>, x: f32) 
     operator.advance(history, x);
 }
 
-/// As above, with all of the past.
+/// The part between sensor and force, with all of the past.
 #[inline(never)]
 fn full_output(operator: &Full, history: &FullMemoryHistory<f32, 16, 40>, x: f32) -> f32 {
     operator.output(history, x)
 }
 
-/// As above, with all of the past.
+/// The part after the force, with all of the past.
 #[inline(never)]
 fn full_advance(operator: &Full, history: &mut FullMemoryHistory<f32, 16, 40>, x: f32) {
     operator.advance(history, x);

@@ -239,7 +239,7 @@ fn bdf2_weights(order: Order, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// For each sample, whether x − x₀ is not finite for one of the newest `memory`.
+/// True for each sample where x − x₀ is not finite for one of the newest `memory`.
 fn reached(x: &[f64], reference: f64, memory: usize) -> impl Iterator<Item = bool> {
     let mut left = 0;
     x.iter().map(move |x| {
@@ -272,7 +272,7 @@ struct Convolution {
 }
 
 impl Convolution {
-    /// For records of at most `samples` samples.
+    /// Convolution for records of at most `samples` samples.
     fn new(weights: &[f64], samples: usize) -> Self {
         let length = if BLOCK * weights.len() < samples {
             BLOCK * weights.len()

@@ -101,7 +101,7 @@ pub trait Differintegrator<F: Real> {
     fn memory_length(&self) -> Option<usize>;
 }
 
-/// For an operator whose history keeps S\[n\] as `past`: its direct gain, by the path to it, and S.
+/// Functions of an operator whose history keeps S\[n\] as `past`: its direct gain, by the path to it, and S.
 macro_rules! past_is_kept {
     ($($direct:tt)+) => {
         #[inline]
@@ -267,7 +267,7 @@ pub struct Channel<F: Real, O: Differintegrator<F>> {
 }
 
 impl<F: Real, O: Differintegrator<F>> Channel<F, O> {
-    /// At rest, with the reference value 0.
+    /// Channel at rest, with the reference value 0.
     pub fn new(operator: O) -> Self {
         let history = operator.at_rest();
         Self {

@@ -48,7 +48,7 @@ pub fn eigenvalues(matrix: &[f64], n: usize) -> Vec<Complex<f64>> {
     values
 }
 
-/// To Hessenberg form: below the diagonal only its neighbours are left.
+/// Brings a matrix to Hessenberg form: below the diagonal only its neighbours are left.
 fn eliminate(a: &mut [Vec<f64>]) {
     let n = a.len();
     for m in 1..n.saturating_sub(1) {

@@ -404,7 +404,7 @@ impl<F: Real, const N: usize> Differintegrator<F> for Fir<F, N> {
 }
 
 impl<F: Real, const N: usize> FrequencyResponse for Fir<F, N> {
-    /// Of the coefficients as they are: in \[y\]/\[x\], not freed of any T^(−μ).
+    /// Response of the coefficients as they are: in \[y\]/\[x\], not freed of any T^(−μ).
     fn response(&self, theta: f64) -> Complex<f64> {
         polynomial(self.coefficients().iter().map(|c| c.to_f64()), theta)
     }
@@ -438,7 +438,7 @@ impl<F: Real> Ring<F> {
         self.twice.len() / 2
     }
 
-    /// As [`advance`].
+    /// Takes in a sample as [`advance`] does.
     #[inline]
     pub(crate) fn advance(&mut self, taps: &[F], x: F) -> F {
         advance(&mut self.twice, &mut self.newest, taps, x)
@@ -451,7 +451,7 @@ impl<F: Real> Ring<F> {
     }
 }
 
-/// As data each sample stands once, newest first.
+/// Data in which each sample stands once, newest first.
 #[cfg(all(feature = "alloc", feature = "serde"))]
 impl<F: Real> From<Ring<F>> for Vec<F> {
     fn from(ring: Ring<F>) -> Self {

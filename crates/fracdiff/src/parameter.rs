@@ -168,7 +168,7 @@ impl fmt::Write for Text {
     }
 }
 
-/// Without zeros at the end, behind a decimal point.
+/// Number without zeros at the end, behind a decimal point.
 fn without_zeros(number: &str) -> &str {
     if number.contains('.') {
         number.trim_end_matches('0').trim_end_matches('.')

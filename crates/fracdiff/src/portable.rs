@@ -50,11 +50,11 @@ pub struct PortableOperator<F, const TAPS: usize, const MODES: usize, const DEGR
 #[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 #[non_exhaustive]
 pub enum PortableHistory<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
-    /// Of [`Form::Taps`].
+    /// History of [`Form::Taps`].
     Taps(FirHistory<F, TAPS>),
-    /// Of [`Form::Modes`].
+    /// History of [`Form::Modes`].
     Modes(IntegerHistory<F, BankHistory<F, PORTABLE_TAPS, MODES>>),
-    /// Of [`Form::Recursion`].
+    /// History of [`Form::Recursion`].
     Recursion(IntegerHistory<F, RecursionHistory<F, DEGREE>>),
 }
 

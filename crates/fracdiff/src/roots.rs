@@ -79,7 +79,7 @@ struct Polynomial<'a> {
 }
 
 impl Polynomial<'_> {
-    /// On circles of |`c_i`/`c_j`|^(1/(j−i)) for each edge i to j of the upper hull of (k, ln|`c_k`|).
+    /// Starts on circles of |`c_i`/`c_j`|^(1/(j−i)) for each edge i to j of the upper hull of (k, ln|`c_k`|).
     fn beginning(&self) -> Vec<Complex<f64>> {
         let logarithms: Vec<f64> = self
             .coefficients

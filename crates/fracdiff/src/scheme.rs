@@ -336,17 +336,17 @@ pub enum Operator<F> {
 #[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 #[non_exhaustive]
 pub enum OperatorHistory<F> {
-    /// Of `grunwald:N`.
+    /// History of `grunwald:N`.
     ShortMemory(ShortHistoryVec<F>),
-    /// Of `muir:N`.
+    /// History of `muir:N`.
     MuirPolynomial(Box<FirHistory<F, DEGREE_MAX>>),
-    /// Of `tustin-muir:N`.
+    /// History of `tustin-muir:N`.
     TustinMuir(Box<TustinMuirHistory<F, DEGREE_MAX>>),
-    /// Of `oustaloup:N:LOW_HZ:HIGH_HZ`.
+    /// History of `oustaloup:N:LOW_HZ:HIGH_HZ`.
     Oustaloup(Box<OustaloupHistory<F, DEGREE_MAX>>),
-    /// Of `full` and `piecewise-linear`.
+    /// History of `full` and `piecewise-linear`.
     FullMemory(Box<FullMemoryHistory<F, FULL_TAPS, FULL_MODES>>),
-    /// Of `full-bdf2`.
+    /// History of `full-bdf2`.
     Bdf2Memory(Box<Bdf2History<F, FULL_TAPS, FULL_MODES>>),
 }
 

@@ -115,7 +115,7 @@ impl<F: Real> ShortMemoryVec<F> {
     /// Longest memory, samples: 2²⁰, 17 minutes at 1 kHz.
     pub const MOST: usize = 1 << 20;
 
-    /// As [`ShortMemory::new`], for `length` samples.
+    /// Operator like that of [`ShortMemory::new`], for `length` samples.
     ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless 1 ≤ length ≤ [`MOST`](Self::MOST).

@@ -251,7 +251,7 @@ impl<F: Real, const N: usize> Recursion<F, N> {
         }
     }
 
-    /// From silence to the recursion of a list that was checked, all of it finite.
+    /// Takes the list in, which was checked and is finite, where there was silence.
     pub(crate) fn fill(&mut self, values: &[F]) {
         let Some((&direct, rest)) = values.split_first() else {
             return;

@@ -54,7 +54,7 @@ impl Actuator {
         [self.low, self.high]
     }
 
-    /// With an integral a bias stays for ever: it is a sum that the integral has.
+    /// Stage as it is run. With an integral a bias stays for ever: it is a sum that the integral has.
     pub(crate) fn stage<F: Real>(&self, sample_time: Seconds, integrates: bool) -> Stage<F> {
         let fade_s = if integrates {
             f64::INFINITY
@@ -78,7 +78,7 @@ pub const RANGE_MOST: f64 = 1e30;
 pub(crate) struct Stage<F> {
     low: F,
     high: F,
-    /// Of the command, or 0 where that has no end.
+    /// Range of the command, or 0 where that has no end.
     range: F,
     /// The share of a bias that is left after a sample.
     pub(crate) keep: F,

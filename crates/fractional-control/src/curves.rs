@@ -23,15 +23,15 @@ use std::vec::Vec;
     reason = "a value that is copied now and then, and stays one"
 )]
 pub enum ControllerParameters {
-    /// Of a [`FractionalPid`](crate::FractionalPid).
+    /// Parameters of a [`FractionalPid`](crate::FractionalPid).
     Pid(PidParameters),
-    /// Of a [`FractionalPid::tid`](crate::FractionalPid::tid).
+    /// Parameters of a [`FractionalPid::tid`](crate::FractionalPid::tid).
     Tid(TidParameters),
-    /// Of a [`LeadController::crone`](crate::LeadController::crone).
+    /// Parameters of a [`LeadController::crone`](crate::LeadController::crone).
     Crone(CroneParameters),
-    /// Of a [`LeadController::lead_lag`](crate::LeadController::lead_lag).
+    /// Parameters of a [`LeadController::lead_lag`](crate::LeadController::lead_lag).
     LeadLag(LeadLagParameters),
-    /// Of a [`FunctionController`](crate::FunctionController).
+    /// Transfer function of a [`FunctionController`](crate::FunctionController).
     Function(FractionalTransferFunction),
 }
 
@@ -91,7 +91,7 @@ impl ControllerParameters {
         }
     }
 
-    /// With all of its gain this many times as large.
+    /// Parameters with all of the gain this many times as large.
     ///
     /// # Errors
     /// A coefficient of a function that overflows.

@@ -1,4 +1,4 @@
-//! From wishes to a controller, with the best PID of order 1 beside it.
+//! Design of a controller from wishes, with the best PID of order 1 beside it.
 
 use crate::analysis::{LoopAnalysis, analysed};
 use crate::run::limited_share;

@@ -52,7 +52,7 @@ fn slopes(coefficients: &[f64], most: f64) -> (f64, f64) {
 /// dw/dθ = −jw, dv/dθ = jw
 const TURN: Complex<f64> = Complex::new(0.0, -1.0);
 
-/// Of powers of v, or of w with its size of 1.
+/// Polynomial in powers of v, or of w with its size of 1.
 fn polynomial(
     coefficients: &[f64],
     x: Complex<f64>,
@@ -152,7 +152,7 @@ impl Sum {
         })
     }
 
-    /// Without the power of v that all products have in common.
+    /// Sum without the power of v that all products have in common.
     pub(crate) fn without_differences(self) -> Self {
         self.without_common(|product| match product.factors.first_mut() {
             Some(Factor::Difference(n)) => Some(n),
@@ -160,7 +160,7 @@ impl Sum {
         })
     }
 
-    /// Without the whole samples of dead time with which all products end.
+    /// Sum without the whole samples of dead time with which all products end.
     pub(crate) fn prompt(self) -> Self {
         self.without_common(|product| match product.factors.last_mut() {
             Some(Factor::Delay(samples)) => Some(samples),
@@ -168,7 +168,7 @@ impl Sum {
         })
     }
 
-    /// Without the least of these powers, 0 of a product that has none.
+    /// Sum without the least of these powers, 0 for a product that has none.
     fn without_common<N: Copy + Default + Ord + SubAssign>(
         mut self,
         power: fn(&mut Product) -> Option<&mut N>,
@@ -203,7 +203,7 @@ pub(crate) struct Fraction {
 }
 
 impl Fraction {
-    /// Of sums of products.
+    /// Fraction of two sums of products.
     pub(crate) fn new(above: Vec<Product>, below: Vec<Product>) -> Self {
         let (above, below) = (Sum(above), Sum(below));
         Self { above, below }

@@ -34,7 +34,7 @@ pub(crate) struct HeldResponse {
 }
 
 impl HeldResponse {
-    /// Of a transfer function; `None` of any other.
+    /// Response of a transfer function; `None` for any other plant.
     pub(crate) fn new(plant: &Plant, sample_time_s: f64) -> Option<Self> {
         let Model::Transfer(function) = &plant.model else {
             return None;
@@ -83,7 +83,7 @@ impl HeldResponse {
             .plus(late(later).scaled(self.direct))
     }
 
-    /// With less dead time by whole samples, which turn the response alone.
+    /// Response with less dead time by whole samples, which only turn it.
     pub(crate) fn prompt(mut self) -> Self {
         self.delay -= (libm::ceil(self.delay) - 1.0).max(0.0);
         self

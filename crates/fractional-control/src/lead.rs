@@ -23,7 +23,7 @@ pub struct LeadPower<F, const MODES: usize> {
     /// p and q, of zero and pole.
     pub(crate) zero: F,
     pub(crate) pole: F,
-    /// Of order φ − 1 with p, and of −φ with q; `None` where φ is 0.
+    /// Memories of order φ − 1 with p, and of −φ with q; `None` where φ is 0.
     pub(crate) memories: Option<[Option<FullMemory<F, TAPS, MODES>>; 2]>,
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct LeadParts<const MODES: usize> {
     pub(crate) sections: usize,
     pub(crate) zero: f64,
     pub(crate) pole: f64,
-    /// Of order φ − 1 with p, and of −φ with q.
+    /// Memories of order φ − 1 with p, and of −φ with q.
     pub(crate) memories: Option<[Option<Design<TAPS, MODES>>; 2]>,
 }
 

@@ -89,7 +89,7 @@ pub struct LeadList<F> {
 }
 
 impl<F: Real> ControllerList<F> {
-    /// Of this controller.
+    /// List of this controller's numbers.
     ///
     /// # Errors
     /// A parameter outside its range; a controller that is given as a transfer function.
@@ -130,7 +130,7 @@ impl<F: Real> ControllerList<F> {
 }
 
 impl<F: Real> ControllerList<F> {
-    /// As one list, for a [`PortableController`](crate::PortableController): its form, its parts, and their numbers.
+    /// Controller as one list, for a [`PortableController`](crate::PortableController): its form, its parts, and their numbers.
     #[must_use]
     pub fn portable(&self) -> (PortableForm, Vec<PortablePart>, Vec<F>) {
         let part = |power: Option<&OperatorList<F>>| PortablePart {

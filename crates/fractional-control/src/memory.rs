@@ -160,7 +160,7 @@ pub(crate) struct ChainHistory<F, const MODES: usize> {
 }
 
 impl<F: Real, const MODES: usize> Chain<F, MODES> {
-    /// With the [`Integral`] of its fraction.
+    /// Chain with the [`Integral`] of its fraction.
     pub(crate) fn new(
         fraction: f64,
         sums: usize,

@@ -83,7 +83,7 @@ struct Reader<'a> {
     text: &'a [u8],
     at: usize,
     depth: usize,
-    /// Of the first factor that follows a division with no sign before it.
+    /// Place of the first factor that follows a division with no sign before it.
     loose: Option<usize>,
 }
 

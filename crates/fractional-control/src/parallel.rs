@@ -90,11 +90,11 @@ pub(crate) struct Parallel<F, O> {
 /// The past of a [`Parallel`].
 #[derive(Clone, Debug, PartialEq)]
 struct Past<F, H> {
-    /// Of each branch, and any in the place of a missing one: only the law is selected, once a tick. `None` without branches.
+    /// Histories of the branches, and any in the place of a missing one: only the law is selected, once a tick. `None` without branches.
     powers: Option<[H; BRANCHES]>,
     /// Held over a change or a start; fades where nothing integrates.
     bias: F,
-    /// Of the command before its limits, over the last samples.
+    /// Average of the command before its limits, over the last samples.
     average: F,
 }
 

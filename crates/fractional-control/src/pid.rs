@@ -185,7 +185,7 @@ const ORDER_PARTS: f64 = 1e12;
 impl FromStr for PidParameters {
     type Err = ControlError;
 
-    /// As a sum of a gain, one power of 1/s and one of s: `2+3/s^0.9+0.1s^0.5`. What a part of it leaves out has no gain.
+    /// Reads a sum of a gain, one power of 1/s and one of s: `2+3/s^0.9+0.1s^0.5`. What a part of it leaves out has no gain.
     /// ```
     /// use fractional_control::PidParameters;
     ///
@@ -233,7 +233,7 @@ impl FromStr for PidParameters {
 }
 
 impl fmt::Display for PidParameters {
-    /// As it is read; parts without a gain are left out.
+    /// Writes the parameters as they are read; parts without a gain are left out.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let power = |f: &mut fmt::Formatter<'_>, before: &str, order: f64| {
             if (order - 1.0).abs() > 0.0 {

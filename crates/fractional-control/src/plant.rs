@@ -305,7 +305,7 @@ impl Measured {
 impl FromStr for Plant {
     type Err = ControlError;
 
-    /// As a transfer function, with `exp(-0.5s)` as a factor for a dead time of 0.5 s.
+    /// Reads a transfer function, with `exp(-0.5s)` as a factor for a dead time of 0.5 s.
     fn from_str(text: &str) -> Result<Self, ControlError> {
         let (function, delay_s) = crate::notation::read(text)?;
         Self::transfer(function, delay_s)

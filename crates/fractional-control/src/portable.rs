@@ -134,7 +134,7 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
         })
     }
 
-    /// As [`Controller::settled`].
+    /// The history of a loop that has stood for ever, as [`Controller::settled`] describes it.
     pub fn settled(
         &self,
         reference: F,

@@ -31,7 +31,7 @@ pub struct LoopRun {
     pub shape: Option<StepShape>,
     /// The verdict, as a proof: a run of finite length cannot prove stability.
     pub verdict: StabilityVerdict,
-    /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse).
+    /// Factor of [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse).
     pub coarse: Option<f64>,
     /// Share of the samples with the command at a limit.
     pub limited_share: f64,
@@ -39,7 +39,7 @@ pub struct LoopRun {
     /// tenth of the run, in which the reference stands: off by more than 5 % and what the loop leaves of a
     /// disturbance as slow as the run, |S|. `None` if the reference still moves.
     pub settles: Option<bool>,
-    /// As `settles`, but at the reference itself, from which a loop without an integral stays away for ever:
+    /// Settling as in `settles`, but at the reference itself, from which a loop without an integral stays away for ever:
     /// the allowance is less by |S| of an endless disturbance.
     pub at_reference: Option<bool>,
 }

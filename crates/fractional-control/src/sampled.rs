@@ -146,7 +146,7 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
         Self::of_integrals(function, memory, sample_time, integral)
     }
 
-    /// From memories that the caller makes, or has.
+    /// Function from memories that the caller makes, or has.
     pub(crate) fn of_integrals(
         function: &FractionalTransferFunction,
         memory: PowerMemory,

@@ -44,7 +44,7 @@ pub struct HeldPlant {
     delay: usize,
     part: f64,
     path: [f64; 3],
-    /// Of a plant in states: what it passes on at once, and by how many samples more than d.
+    /// Direct path of a plant in states: what it passes on at once, and by how many samples more than d.
     direct: (f64, usize),
     curve: Fraction,
     /// Reach of its memory, s, if it follows a rule.

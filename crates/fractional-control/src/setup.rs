@@ -62,7 +62,7 @@ pub struct ControllerSetup {
 }
 
 impl ControllerSetup {
-    /// With everything else at its default: full-bdf2, no limits, the derivative of the measurement.
+    /// Setup with everything else at its default: full-bdf2, no limits, the derivative of the measurement.
     #[must_use]
     pub fn new(law: impl Into<ControllerParameters>, sample_time: Seconds) -> Self {
         Self {

@@ -18,12 +18,12 @@ pub struct StateSpace {
 
 /// Numbers of a sampled plant: e^300, of which a loop can be squared.
 const LARGEST: f64 = 1e130;
-/// As that of the coefficients of a function.
+/// Largest size of an entry, as that of the coefficients of a function.
 const SIZE_MAX_IN_WORDS: &str = "at most 1e60 in size: give the plant in other units";
 const STATES_MAX: f64 = 16.0;
 
 impl StateSpace {
-    /// From its matrices.
+    /// Plant from its matrices.
     ///
     /// # Errors
     /// Sizes that do not fit, no state or more than 16, a number above 1e60 in size.

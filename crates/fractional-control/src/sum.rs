@@ -27,7 +27,7 @@ pub struct SumOfParts {
 }
 
 impl SumOfParts {
-    /// From its parts.
+    /// Sum of these parts.
     ///
     /// # Errors
     /// No part; a sum that is no transfer function, or has more terms than one has.
@@ -80,7 +80,7 @@ impl From<FractionalTransferFunction> for SumOfParts {
 impl FromStr for SumOfParts {
     type Err = ControlError;
 
-    /// As a transfer function, whose summands are the parts.
+    /// Reads a transfer function, whose summands are the parts.
     fn from_str(text: &str) -> Result<Self, ControlError> {
         let function: FractionalTransferFunction = text.parse()?;
         let part =

@@ -28,7 +28,7 @@ pub struct FractionalTransferFunction {
 }
 
 impl FractionalTransferFunction {
-    /// From the terms of numerator and denominator, in any order.
+    /// Function from the terms of numerator and denominator, in any order.
     ///
     /// # Errors
     /// [`ControlError::Improper`], [`ControlError::CommonOrder`], or an invalid
@@ -44,7 +44,7 @@ impl FractionalTransferFunction {
         )
     }
 
-    /// From polynomials.
+    /// Function from polynomials.
     ///
     /// # Errors
     /// As [`new`](Self::new).

@@ -261,7 +261,7 @@ impl SampledControlLoop {
         [below, above.scaled(self.gain)]
     }
 
-    /// With less dead time by whole samples, which turn L alone.
+    /// Loop with less dead time by whole samples, which turn L alone.
     pub(crate) fn prompt(&self) -> Self {
         let mut prompt = self.clone();
         prompt.plant.above = prompt.plant.above.prompt();

@@ -167,7 +167,7 @@ fn shifted(coefficients: &[Wide]) -> Vec<Wide> {
     in_v
 }
 
-/// In 53 bits, without what only rounding made: it is to the largest as the last bits are.
+/// Values in 53 bits, without what only rounding made: it is to the largest as the last bits are.
 pub(crate) fn rounded(values: &[Wide], states: usize) -> Vec<f64> {
     let values: Vec<f64> = values.iter().map(narrow).collect();
     let least = largest(&values) * libm::ldexp(1.0, TOUCHED as i32 - bits(states) as i32);

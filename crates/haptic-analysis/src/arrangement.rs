@@ -393,7 +393,7 @@ impl Straight {
         })
     }
 
-    /// As samples, for what handles both kinds alike.
+    /// Sample at a point of the line, for what handles both kinds alike.
     pub(crate) fn sample(&self, point: [f64; 2]) -> Sample {
         Sample {
             theta: self.theta.unwrap_or(f64::NAN),

@@ -46,7 +46,7 @@ pub(crate) struct Span {
 }
 
 impl<'a> Characteristic<'a> {
-    /// Of a wall.
+    /// Characteristic of a wall.
     pub(crate) const fn new(plant: SampledPlant, operator: &'a LoopOperator) -> Self {
         Self {
             plant,
@@ -149,7 +149,7 @@ impl<'a> Characteristic<'a> {
             .bounds((&a.place, &a.operator), (&b.place, &b.operator))
     }
 
-    /// Of the three terms over an interval.
+    /// Bounds of the three terms over an interval.
     pub(crate) fn bounds(&self, a: &Node, b: &Node) -> [Bounds; 3] {
         let plant = self.plant_bounds(a, b);
         let gain = self.gain_bounds(a, b);
@@ -248,7 +248,7 @@ pub(crate) struct Behind {
 }
 
 impl Behind {
-    /// From the shares of mass, damping and stiffness: `m_o/m`, `b_o·T/m`, `k_o·T²/m`.
+    /// Object behind a coupler from its shares of mass, damping and stiffness: `m_o/m`, `b_o·T/m`, `k_o·T²/m`.
     pub(crate) fn new([mass, damping, stiffness]: [f64; 3]) -> Self {
         let most = 8.0 * mass + 2.0 * damping + 2.0 * stiffness;
         // With mass 2ρv² + δv(2 − v) + γ(2 − v)²/2 over 2 − v; without one both have the factor 2 − v.

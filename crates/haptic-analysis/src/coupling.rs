@@ -243,7 +243,7 @@ impl LeastDamping {
     }
 }
 
-/// With `b_c` = 0: b = `k_c`·h/2, and h is largest, 1/4, at cos(θ/2) = 1/2.
+/// Least damping with `b_c` = 0: b = `k_c`·h/2, and h is largest, 1/4, at cos(θ/2) = 1/2.
 const WITHOUT_DISSIPATION: LeastDamping = LeastDamping::Enough {
     damping_n_s_per_m: 0.125,
     worst_theta: 2.0 * PI / 3.0,
@@ -268,7 +268,7 @@ impl Shares {
         0.5 * hold * (p * self.stiffness + self.dissipation).norm_sqr() / self.real_part(p)
     }
 
-    /// For (1 − w)^μ, in closed form.
+    /// Least damping for (1 − w)^μ, in closed form.
     pub(crate) fn least_of_exact(self, mu: f64) -> Result<LeastDamping, AnalysisError> {
         if self.dissipation == 0.0 {
             return Ok(WITHOUT_DISSIPATION);
@@ -293,7 +293,7 @@ impl Shares {
         enough(Grid::new(1).maximum(at_zero, &value))
     }
 
-    /// For another operator, with the rounding of Re P in mind: an operator sums its coefficients, so
+    /// Least damping for another operator, with the rounding of Re P in mind: an operator sums its coefficients, so
     /// where Re P cancels it is off by about `NOISE`.
     pub(crate) fn least_of(
         self,

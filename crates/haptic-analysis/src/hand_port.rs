@@ -32,7 +32,7 @@ pub struct HandPort {
 const BEYOND: f64 = 1e4;
 
 impl HandPort {
-    /// From `a`, n×n in 1/s, `b` and `c`, n from 1 to 8; `hand` has Bₕ and Cₕ, without which the hand acts where the law does.
+    /// Plant from `a`, n×n in 1/s, `b` and `c`, n from 1 to 8; `hand` has Bₕ and Cₕ, without which the hand acts where the law does.
     ///
     /// # Errors
     /// Sizes that do not fit, numbers that are not finite, a motion faster than 1e6 1/s.

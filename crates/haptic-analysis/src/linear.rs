@@ -260,7 +260,7 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// For `a` and `b` in units of one sample, `duration` in samples.
+    /// Motion for `a` and `b` in units of one sample, `duration` in samples.
     pub(crate) fn new(a: &DMatrix<f64>, b: &DVector<f64>, duration: f64) -> Self {
         let (state, input) = fracdiff::linear_motion(a.as_slice(), b.as_slice(), duration);
         Self {
@@ -325,7 +325,7 @@ pub(crate) struct Lists {
 }
 
 impl Lists {
-    /// At most `STATES_MAX` states.
+    /// Lists of at most `STATES_MAX` states.
     pub(crate) fn new((a, b, c): &Matrices) -> Self {
         let mut lists = Self {
             states: b.len().min(STATES_MAX),

@@ -45,7 +45,7 @@ impl NoiseGain {
         Self::of_weights(core::iter::once(first).chain(others))
     }
 
-    /// Of the weights of an operator with T in them, the newest sample's first.
+    /// Noise gain of the weights of an operator with T in them, the newest sample's first.
     #[must_use]
     pub fn of_weights(weights: impl IntoIterator<Item = f64>) -> Self {
         let mut weights = weights.into_iter();

@@ -73,7 +73,7 @@ pub struct CoupledLoop<'a> {
 }
 
 impl<'a> CoupledLoop<'a> {
-    /// With Q, the operator of order 1 − μ that runs.
+    /// Loop with Q, the operator of order 1 − μ that runs.
     ///
     /// # Errors
     /// A parameter outside its range; an operator of another order than 1 − μ.

@@ -88,7 +88,7 @@ impl LoopOperator {
         }
     }
 
-    /// Of a function over another one.
+    /// Operator of a function over another one.
     pub(crate) fn given(order: Order, above: Curve, below: Curve) -> Self {
         Self {
             denominator: below,
@@ -216,7 +216,7 @@ impl LoopOperator {
         }
     }
 
-    /// Of numerator and denominator over an interval.
+    /// Bounds of numerator and denominator over an interval.
     pub(crate) fn bounds(
         &self,
         a: (&Place, &OperatorNode),

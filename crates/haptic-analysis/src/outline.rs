@@ -1,4 +1,4 @@
-//! From pieces to polygons: which pieces bound the stable region, and how they join.
+//! Polygons from pieces: which pieces bound the stable region, and how they join.
 
 use crate::AnalysisError;
 use crate::arrangement::{Edge, Piece, distance, middle, near};

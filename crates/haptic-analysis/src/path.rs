@@ -1,4 +1,4 @@
-//! From a command to the force on the device: delay and current lag.
+//! Path from a command to the force on the device: delay and current lag.
 
 use crate::AnalysisError;
 use certified_count::Place;

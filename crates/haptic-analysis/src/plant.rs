@@ -65,7 +65,7 @@ struct Coefficients {
 }
 
 impl Coefficients {
-    /// At most `STATES_MAX + 1` of them.
+    /// Coefficients of a list, at most `STATES_MAX + 1` of them.
     fn new(list: &[f64]) -> Self {
         let mut values = [0.0; SampledPlant::STATES_MAX + 1];
         let count = list.len().min(values.len());

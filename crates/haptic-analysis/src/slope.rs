@@ -32,7 +32,7 @@ use num_complex::Complex;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SlopeLimit {
-    /// With a linear wall the loop is stable below this factor; at or above it, contact that is as steep as this everywhere
+    /// Limit of a linear wall: the loop is stable below this factor; at or above it, contact that is as steep as this everywhere
     /// is unstable. Infinite if no factor takes the loop to the boundary; 0 if even the lightest wall is unstable.
     pub linear: f64,
     /// Upper bound of what any multiplier of this kind can prove: the condition on phases above,
@@ -313,7 +313,7 @@ impl<'a, 'b> Search<'a, 'b> {
         }
     }
 
-    /// From here on these are the i. Angles join where the others are too far apart for them.
+    /// Takes these i from here on. Angles join where the others are too far apart for them.
     fn turn_by(&mut self, lags: Vec<i32>) {
         self.lags = lags;
         let grid = Grid::new(self.last() as usize);
@@ -565,7 +565,7 @@ impl<'a, 'b> Search<'a, 'b> {
         None
     }
 
-    /// Of the left side of the inequality over an interval.
+    /// Bounds of the left side of the inequality over an interval.
     fn bounds(&self, a: &Point, b: &Point, multiplier: Bounds, slope: f64) -> Bounds {
         let [mut plant, feedback] = Open(self.subject).bounds(&a.terms, &b.terms);
         let (mut size, mut turn) = (Bounds::ONE, Bounds::ONE);

@@ -96,7 +96,7 @@ impl Teleoperation {
         self.line.check()
     }
 
-    /// Of checked parameters, at 0 < θ ≤ π.
+    /// Ports for checked parameters, at 0 < θ ≤ π.
     fn ports(&self, theta: f64) -> Ports {
         self.line.ports(
             [self.master, self.slave],

@@ -167,7 +167,7 @@ pub struct ClosedLoop {
 }
 
 impl ClosedLoop {
-    /// With the derivative s^μ itself in place of a sampled operator. Without delay and lag:
+    /// Impedance with the derivative s^μ itself in place of a sampled operator. Without delay and lag:
     /// ```text
     /// ES = −mω² + K cos(ωT/2) + B·ω^μ cos((ωT − πμ)/2)
     /// ED = b − (K/ω) sin(ωT/2) − B·ω^(μ−1) sin((ωT − πμ)/2)
@@ -198,7 +198,7 @@ impl ClosedLoop {
         Effective::new(omega, spring - inertia, self.damping_n_s_per_m - damper)
     }
 
-    /// With the operator the loop really runs, P for this order.
+    /// Impedance with the operator the loop really runs, P for this order.
     ///
     /// # Errors
     /// As [`continuous`](Self::continuous).
@@ -211,7 +211,7 @@ impl ClosedLoop {
         self.felt(self.environment.response(operator, theta), omega_rad_s)
     }
 
-    /// With any law that has the response H, N/m, in place of the environment: of a tissue, say.
+    /// Impedance with any law that has the response H, N/m, in place of the environment: of a tissue, say.
     ///
     /// # Errors
     /// As [`continuous`](Self::continuous).

@@ -159,20 +159,20 @@ impl<H: Hardware, T: TickTimer> Ticker<H, T> {
 pub struct TickerSlot<H: Hardware + 'static, T>(Mutex<RefCell<Option<Ticker<H, T>>>>);
 
 impl<H: Hardware, T: TickTimer> TickerSlot<H, T> {
-    /// Without a ticker: its interrupt does nothing.
+    /// Slot without a ticker: its interrupt does nothing.
     #[must_use]
     pub const fn empty() -> Self {
         Self(Mutex::new(RefCell::new(None)))
     }
 
-    /// From now on the interrupt ticks.
+    /// Puts the ticker in: from now on the interrupt ticks.
     pub fn put(&self, ticker: Ticker<H, T>) {
         critical_section::with(|token| {
             self.0.borrow_ref_mut(token).replace(ticker);
         });
     }
 
-    /// To be called by the tick interrupt.
+    /// Ticks; to be called by the tick interrupt.
     #[inline]
     pub fn tick(&self, now_us: impl FnOnce() -> u64) {
         critical_section::with(|token| {

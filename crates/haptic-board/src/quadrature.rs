@@ -55,7 +55,7 @@ const NO_DWELL: (u32, u32) = (u32::MAX, 0);
 const UNEVEN: u32 = 4;
 
 impl Quadrature {
-    /// At count 0.
+    /// Counter at count 0.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -83,7 +83,7 @@ impl Quadrature {
         followed
     }
 
-    /// As [`take`](Self::take), behind `before_them` samples.
+    /// Takes in samples as [`take`](Self::take) does, behind `before_them` samples.
     #[inline]
     fn follow(&mut self, samples: u32, number: u32, before_them: u32) -> Result<(), Fault> {
         let mut followed = Ok(());

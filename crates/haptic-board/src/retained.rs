@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// In [`RetainedMemory::live`] while the device was not idle.
+/// Word in [`RetainedMemory::live`] while the device was not idle.
 const ARMED: u32 = 0x5AFE_F0CE;
 
 /// Memory that a reset leaves alone, if the board puts it where no start-up code clears it: a
@@ -15,7 +15,7 @@ pub struct RetainedMemory {
 }
 
 impl RetainedMemory {
-    /// For a static. The initial values have no effect, because this memory is not initialised.
+    /// Memory for a static. The initial values have no effect, because this memory is not initialised.
     #[must_use]
     pub const fn new() -> Self {
         Self {

@@ -142,7 +142,7 @@ void hb_sense(struct hb_bridge *bridge,
 uint64_t hb_wait(struct hb_bridge *bridge);
 
 /**
- * From the next tick on the force falls to zero within the stop time, and the device is disarmed: the host has to arm it
+ * Lets the force fall to zero within the stop time from the next tick on, and disarms the device: the host has to arm it
  * again. From any thread; NULL is nothing.
  *
  * # Safety

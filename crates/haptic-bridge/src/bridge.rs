@@ -65,7 +65,7 @@ impl BridgeTicker {
         self.wait_by(&mut SystemWaiter::default())
     }
 
-    /// As [`wait`](Self::wait), by another clock.
+    /// Waits as [`wait`](Self::wait) does, by another clock.
     pub fn wait_by(&mut self, waiter: &mut impl Waiter) -> u64 {
         let period = Duration::from_micros(self.ticks.period_us());
         self.pace.wait(waiter, period)
@@ -83,7 +83,7 @@ impl BridgeTicker {
 pub struct Bridge {
     // Dropped first: its thread has ended before what it shares is let go.
     pub(crate) serving: Serving,
-    /// To be moved into the thread that ticks.
+    /// Ticker, to be moved into the thread that ticks.
     pub ticker: BridgeTicker,
     /// Clones of it may be used by any thread.
     pub handle: Handle,

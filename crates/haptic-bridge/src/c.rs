@@ -254,7 +254,7 @@ fn code(handle: &Handle) -> c_int {
     handle.fault().map_or(0, |fault| fault.code().into())
 }
 
-/// From the next tick on the force falls to zero within the stop time, and the device is disarmed: the host has to arm it
+/// Lets the force fall to zero within the stop time from the next tick on, and disarms the device: the host has to arm it
 /// again. From any thread; NULL is nothing.
 ///
 /// # Safety

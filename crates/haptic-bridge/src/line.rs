@@ -59,7 +59,7 @@ struct Looked {
 }
 
 impl LineSide {
-    /// With the ends of the thread that ticks.
+    /// Side of the line, with the ends of the thread that ticks.
     pub(crate) fn new(
         handle: Handle,
         period_us: u64,

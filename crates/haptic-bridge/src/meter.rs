@@ -18,7 +18,7 @@ const IN_ROW: u32 = 20;
 struct Window {
     since_us: u64,
     ticks: u64,
-    /// Of the last that was whole, ns.
+    /// Mean of the last window that was whole, ns.
     mean_ns: u64,
 }
 

@@ -14,7 +14,7 @@ pub(crate) struct Program<const D: usize> {
     workspace_m: [[f32; 2]; D],
     /// `None` if the program gave none that can be used.
     position_m: Option<[f32; D]>,
-    /// Of the force sensor, for the next tick alone; NaN without one.
+    /// Reading of the force sensor, for the next tick alone; NaN without one.
     sensed_n: [f32; D],
     force_n: [f32; D],
 }

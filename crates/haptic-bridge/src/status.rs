@@ -24,7 +24,7 @@ struct Shared {
 }
 
 impl Handle {
-    /// From the next tick on the force falls to zero, and the device is disarmed.
+    /// Lets the force fall to zero from the next tick on, and disarms the device.
     pub fn stop(&self) {
         self.0.stop.store(true, Ordering::Release);
     }

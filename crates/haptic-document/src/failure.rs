@@ -82,7 +82,7 @@ impl Failure {
         Self::writing_with_advice(error, what, String::new())
     }
 
-    /// As [`writing`](Self::writing), with advice behind the name of the output.
+    /// Failure as by [`writing`](Self::writing), with advice behind the name of the output.
     pub fn writing_with_advice(error: io::Error, what: impl fmt::Display, advice: String) -> Self {
         let full = is_full(&error);
         let kind = if full { Self::DataLost } else { Self::Input };

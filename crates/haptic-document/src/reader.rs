@@ -19,7 +19,7 @@ pub struct Table<'a> {
     pub name: &'a str,
     /// The top one first; at least one.
     pub(crate) parts: Vec<Part<'a>>,
-    /// Of the numbers of a file that a layer names.
+    /// Intervals of the numbers of a file that a layer names.
     pub intervals: Vec<Interval>,
 }
 
@@ -513,7 +513,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// From the folder of a file.
+/// Path as seen from the folder of a file.
 fn path_from(source: Source<'_>, path: &str) -> PathBuf {
     let folder = source.path.parent();
     folder.map_or_else(|| PathBuf::from(path), |folder| folder.join(path))

@@ -155,7 +155,7 @@ impl ExperimentFile {
         self.run_for(request, supervisor, || true)
     }
 
-    /// As [`run`](Self::run), but the log gets no verdict where nobody waits for it any more, once all else is done.
+    /// Runs the experiment as [`run`](Self::run) does, but once all else is done the log gets no verdict if nobody waits for it any more.
     ///
     /// # Errors
     /// As for [`run`](Self::run).

@@ -103,7 +103,7 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
     run_beside(world, schedule, of_folder, supervisor, |_, _| ())
 }
 
-/// As [`run_logged`]; `begins` knows the folder of what else the world leaves.
+/// Runs a world as [`run_logged`] does; `begins` gets the folder, for what else the world leaves.
 pub(crate) fn run_beside<W: World<D>, const D: usize>(
     world: &mut W,
     schedule: Schedule,

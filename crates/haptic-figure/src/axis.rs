@@ -313,7 +313,7 @@ impl Axis {
         places.map(tick).collect()
     }
 
-    /// From one large tick to the next, in units of equal length on the paper.
+    /// Step from one large tick to the next, in units of equal length on the paper.
     fn tick_step(&self) -> f64 {
         match self.scale {
             Scale::Linear => {

@@ -84,9 +84,9 @@ pub struct Series<'a> {
 pub struct Chart<'a> {
     /// Title above the box; may be empty.
     pub caption: &'a str,
-    /// Without a range it spans the points that the vertical axis shows.
+    /// Horizontal axis; without a range it spans the points that the vertical axis shows.
     pub x: AxisSpec<'a>,
-    /// Without a range it spans the points that the horizontal axis shows.
+    /// Vertical axis; without a range it spans the points that the horizontal axis shows.
     pub y: AxisSpec<'a>,
     /// The series in the box.
     pub series: Vec<Series<'a>>,

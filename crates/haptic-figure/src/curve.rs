@@ -67,7 +67,7 @@ impl BoxEdges {
 pub(crate) struct Drawn {
     /// Insides of areas, which must not tint the lines of others; to be cut off at the edge of the box.
     pub(crate) fills: Vec<Item>,
-    /// To be cut off at the edge of the box.
+    /// Lines, to be cut off at the edge of the box.
     pub(crate) lines: Vec<Item>,
     /// Markers: their middles are in the box, and at its edge they are whole.
     pub(crate) markers: Vec<Item>,

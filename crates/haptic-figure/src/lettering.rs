@@ -91,7 +91,7 @@ impl Lettering {
         (letters, x)
     }
 
-    /// By how much a pair of letters is to stand wider, in units of the font.
+    /// Distance by which a pair of letters is to stand wider, in units of the font.
     fn kerning(&self, left: GlyphId, right: GlyphId) -> i16 {
         let tables = self.0.tables().kern.iter();
         let mut subtables = tables
@@ -153,7 +153,7 @@ mod tests {
         [bounds.left(), bounds.right(), bounds.top(), bounds.bottom()]
     }
 
-    /// In units of the font.
+    /// Asserts a width in units of the font.
     fn assert_wide(content: &str, units: f32) {
         let lettering = Lettering::new().expect("reads the font");
         let width = lettering.place(content, 2048.0).1;

@@ -14,16 +14,16 @@ use crate::style::{
 use crate::{FigureError, Sheet};
 
 const TITLE_BASELINE: f64 = 34.0;
-/// From one line of the title and of the subtitle to the next.
+/// Distance from one line of the title and of the subtitle to the next.
 const TITLE_LINE: f64 = 26.0;
 const SUBTITLE_LINE: f64 = 22.0;
-/// From there to the first line of the legend, and to further ones.
+/// Distance from there to the first line of the legend, and to further ones.
 const LEGEND_BELOW: f64 = 28.0;
 const LEGEND_LINE: f64 = 25.0;
 /// Between a sample and its name, and from there to the next sample.
 const SAMPLE_GAP: f64 = 10.0;
 const ENTRY_GAP: f64 = 28.0;
-/// From the last baseline above the panels to their top.
+/// Distance from the last baseline above the panels to their top.
 const PANELS_BELOW: f64 = 12.0;
 /// Between the headings of panels side by side.
 const HEADING_GAP: f64 = 10.0;
@@ -41,7 +41,7 @@ const LEAST_BOX_HEIGHT: f64 = 160.0;
 /// A row of panels, whose boxes have equal width.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Row {
-    /// Of a row that has a label below; without one it is drawn lower.
+    /// Height of a row that has a label below; without one it is drawn lower.
     pub(crate) height: f64,
     /// Places for panels; those on the right may be free, but not in the first row.
     pub(crate) columns: usize,

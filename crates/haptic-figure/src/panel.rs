@@ -5,9 +5,9 @@ use crate::curve::{BoxEdges, Curve, Form, SAMPLE_LENGTH};
 use crate::drawing::{Anchor, Item, Ruled, Text};
 use crate::style::{GRID, INK, MUTED_INK, Sizes, fit, text_width};
 
-/// Of the space on the left, what lies beside the tick labels: axis label, ticks, gaps.
+/// Part of the space on the left that lies beside the tick labels: axis label, ticks, gaps.
 const BESIDE_TICK_LABELS: f64 = 40.0;
-/// As [`BESIDE_TICK_LABELS`], without an axis label.
+/// Part as in [`BESIDE_TICK_LABELS`], without an axis label.
 const BESIDE_BARE_TICK_LABELS: f64 = 14.0;
 /// Between a vertical axis and its tick labels, and between these and the axis label.
 const TICK_LABEL_GAP: f64 = 8.0;
@@ -15,7 +15,7 @@ const LABEL_GAP: f64 = 5.0;
 /// Between tick labels side by side, and from one to the next on top of each other, as a share of their size.
 const SIDE_GAP: f64 = 0.8;
 const LINE_HEIGHT: f64 = 1.45;
-/// From one line of what lies beyond the axes to the next, over the size of its text.
+/// Distance from one line of what lies beyond the axes to the next, over the size of its text.
 const BEYOND_LINE: f64 = 1.5;
 
 /// Between the end of a tick on the left and its label.

@@ -124,7 +124,7 @@ pub(crate) struct Sizes {
     /// Lines and markers of a series.
     pub(crate) series_width: f64,
     pub(crate) marker_radius: f64,
-    /// On a narrower page fewer panels stand side by side.
+    /// Least width of a panel: on a narrower page fewer panels stand side by side.
     pub(crate) least_width: f64,
 }
 
@@ -180,7 +180,7 @@ pub(crate) fn fit(text: &str, size: u32, width: f64) -> (String, u32) {
     fit_between(text, SMALLEST_SIZE..=size, width)
 }
 
-/// As [`fit`], between two sizes.
+/// Fits a text as [`fit`] does, between two sizes.
 pub(crate) fn fit_between(text: &str, sizes: RangeInclusive<u32>, width: f64) -> (String, u32) {
     let least = *sizes.start();
     let fitting = sizes.rev().find(|&size| text_width(text, size) <= width);
@@ -223,7 +223,7 @@ pub(crate) fn wrapped(text: &str, sizes: RangeInclusive<u32>, width: f64) -> Vec
         .collect()
 }
 
-/// As much of a text from both its ends as has room beside an ellipsis.
+/// Part of a text, from both its ends, that has room beside an ellipsis.
 fn cut(text: &str, size: u32, width: f64) -> String {
     let letters: Vec<char> = text.chars().collect();
     let (mut head, mut tail) = (0, letters.len());

@@ -74,7 +74,7 @@ pub(crate) fn scatter(points: Points, most: usize) -> Points {
     }
 }
 
-/// Of each run of points through one column of the paper the first, lowest, highest and last.
+/// First, lowest, highest and last point of each run of points through one column of the paper.
 fn by_column(points: &Points, width: f64) -> Points {
     let left = extremes(points.iter().map(|point| point.0)).0;
     let column = |point: &(f64, f64)| ((point.0 - left) / width) as u64;

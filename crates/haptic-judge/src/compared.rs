@@ -1,6 +1,6 @@
 //! The largest relative error between what came and what was wanted, or the reason why it has no meaning.
 
-/// In per cent, without the digits that binary fractions add.
+/// Fraction in per cent, without the digits that binary fractions add.
 pub fn percent(fraction: f64) -> f64 {
     (fraction * 1e8).round() / 1e6
 }
@@ -86,7 +86,7 @@ pub struct LargestError {
 }
 
 impl LargestError {
-    /// Of no sample yet; those before `from_s` do not count. `wanted` and `unit`, with a space before it, are words
+    /// Error of no sample yet; those before `from_s` do not count. `wanted` and `unit`, with a space before it, are words
     /// for the wanted values, as in `the closed form` and ` N`.
     pub fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
         Self {

@@ -34,7 +34,7 @@ pub struct Theory {
 /// A measured record on the clock of a run, at its own times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overlay {
-    /// From the start of the ramp or push, s.
+    /// Time since the start of the ramp or push, s.
     pub time_s: Vec<f64>,
     /// The measured quantity, in the unit of the run.
     pub values: Vec<f64>,

@@ -19,7 +19,7 @@ pub struct FeltSummary {
     pub tick: u64,
     /// See `tick`.
     pub time_s: f64,
-    /// From the first tick to the last, s.
+    /// Time from the first tick to the last, s.
     pub duration_s: f64,
     /// Number of times that the handle went behind the surface, or was there at the start.
     pub contacts: u64,
@@ -62,7 +62,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Of the stimulus of this number behind this surface, m, over so many ticks at most.
+    /// Tally of the stimulus of this number behind this surface, m, over so many ticks at most.
     #[must_use]
     pub fn of(stimulus: u64, surface_m: f64, most: Option<u64>, t: Seconds) -> Self {
         Self {

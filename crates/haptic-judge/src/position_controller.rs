@@ -50,7 +50,7 @@ impl PositionController {
         })
     }
 
-    /// With all of its gain this many times as large.
+    /// Setup with all of its gain this many times as large.
     ///
     /// # Errors
     /// Gains beyond the largest number.

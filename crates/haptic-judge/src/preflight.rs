@@ -169,7 +169,7 @@ impl Named for WallContact {
 }
 
 impl WallContact {
-    /// Of a law that only pushes, or pulls too.
+    /// Contact of a law that only pushes, or pulls too.
     pub const fn of(one_sided: bool) -> Self {
         if one_sided {
             Self::OneSided

@@ -20,7 +20,7 @@ pub const TOLERANCE: f64 = 1e-9;
 pub enum ReferenceWeights {
     /// Those of a kernel.
     Kernel(Kernel),
-    /// Of `full-bdf2`.
+    /// Weights of `full-bdf2`.
     Bdf2,
 }
 
@@ -117,7 +117,7 @@ impl<'a> Stream<'a> {
 }
 
 impl<'a> ReferenceSeries<'a> {
-    /// By `whole` from the positions of all ticks of a run that is in memory, or by `step`, tick by tick; both begin with the ticks before it.
+    /// Values by `whole` from the positions of all ticks of a run that is in memory, or by `step`, tick by tick; both begin with the ticks before it.
     ///
     /// # Errors
     /// Those of what makes the values.
@@ -135,7 +135,7 @@ impl<'a> ReferenceSeries<'a> {
         }))
     }
 
-    /// By the same step whether the run is in memory or not.
+    /// Values by the same step whether the run is in memory or not.
     ///
     /// # Errors
     /// Those of what makes the values.

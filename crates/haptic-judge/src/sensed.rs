@@ -42,7 +42,7 @@ pub struct SensedForce {
     without_closed_form: bool,
     /// Largest size of a sensed force, N.
     largest_n: f64,
-    /// In contact: samples, and of sensed and rendered force means, squares about them, and products.
+    /// Number of samples in contact, and for them the means of sensed and rendered force, squares about them, and products.
     touching: f64,
     means: [f64; 2],
     squares: [f64; 2],

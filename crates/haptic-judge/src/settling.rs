@@ -38,7 +38,7 @@ use serde::Serialize;
 /// Time for which the force may be at its limit, s, in any run: a share of it would allow a longer one more.
 pub const SATURATED_S: f64 = 0.05;
 
-/// By which rule a trial is judged.
+/// Rule by which a trial is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Criterion {
@@ -73,7 +73,7 @@ pub struct TrialScales {
 pub struct Tolerance {
     position_std_m: Option<f64>,
     force_std_n: Option<f64>,
-    /// From the least to the largest force, N.
+    /// Difference of the least and the largest force, N.
     force_range_n: Option<f64>,
     /// Time at the force limit, s.
     limited_s: Option<f64>,
@@ -125,9 +125,9 @@ pub const GONE_M: f64 = 1.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TrialVerdict {
-    /// At rest.
+    /// Device at rest.
     Stable,
-    /// At rest, but perhaps only because friction holds the device: without friction it is not, or taps are too small beside friction to tell.
+    /// Device at rest, but perhaps only because friction holds it: without friction it is not, or taps are too small beside friction to tell.
     HeldByFriction,
     /// Not at rest.
     Unstable,
@@ -315,7 +315,7 @@ pub struct Judge {
     limited_s: f64,
     position: Moments,
     force: Moments,
-    /// Of the force in the second half.
+    /// Moments of the force in the second half.
     late_force: Moments,
     /// Least and largest force in the window, N.
     force_ends_n: (f64, f64),

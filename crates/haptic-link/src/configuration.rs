@@ -45,7 +45,7 @@ pub struct Configuration {
     /// Ticks from one step of that force to the next, at least 1; 0 without it.
     #[serde(with = "postcard::fixint::le")]
     pub tap_ticks: u32,
-    /// For a one-sided environment, the map from the depth behind the surface to the depth that the
+    /// Map from the depth behind the surface of a one-sided environment to the depth that the
     /// environment receives: 1/s in 1/m, c₀ to c₅, and q in 1/m.
     pub depth_map: Option<[f32; 8]>,
 }
@@ -132,7 +132,7 @@ pub struct CoefficientBlock {
     /// Index of the first coefficient in the list, a multiple of 16.
     #[serde(with = "postcard::fixint::le")]
     pub offset: u16,
-    /// In the order of [`OperatorForm`](crate::OperatorForm).
+    /// Values in the order of [`OperatorForm`](crate::OperatorForm).
     #[serde(deserialize_with = "crate::in_order::array")]
     pub values: [f32; COEFFICIENTS_PER_BLOCK],
 }

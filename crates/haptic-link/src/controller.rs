@@ -15,9 +15,9 @@ pub enum ControllerForm {
     Parallel,
     /// That share too, g, p, q, then the power of each part: CRONE, lead–lag without a whole section.
     Lead,
-    /// As `Lead`, with one whole section.
+    /// Numbers as of `Lead`, with one whole section.
     LeadOfOne,
-    /// As `Lead`, with two whole sections.
+    /// Numbers as of `Lead`, with two whole sections.
     LeadOfTwo,
 }
 

@@ -66,7 +66,7 @@ pub struct Header {
     pub direction: Direction,
     /// Number of the frame: modulo 2³² from a host, modulo 2¹⁶ from a device.
     pub sequence: u32,
-    /// From a host, the number that the device assigned in its [`Hello`](crate::Hello) (0 in a
+    /// Number of the connection. From a host: the one that the device assigned in its [`Hello`](crate::Hello) (0 in a
     /// hello); from a device always 0, and not on the wire.
     pub connection: u32,
 }

@@ -16,7 +16,7 @@ pub enum HandMessage {
     Sample(HandSample),
     /// The speaker has come to rest and goes.
     Bye,
-    /// To a stranger: the speaker is at work with somebody else.
+    /// Answer to a stranger: the speaker is at work with somebody else.
     Busy {
         /// Number of the one that asked.
         #[serde(with = "postcard::fixint::le")]

@@ -117,7 +117,7 @@ macro_rules! in_order {
 }
 pub(crate) use in_order;
 
-/// As serde does it for an array, which reads each number in its own place.
+/// Reads an array as serde does it, each number in its own place.
 pub(crate) fn array<'de, D: Deserializer<'de>, const N: usize>(
     from: D,
 ) -> Result<[f32; N], D::Error> {

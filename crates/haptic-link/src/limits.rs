@@ -233,10 +233,10 @@ fn keep(value: &mut f32, set: f32, is_tight: bool, field: Field, looser: &mut Op
 /// The side on which the loop runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum LoopMode {
-    /// On the device; the host sets parameters and records.
+    /// Loop on the device; the host sets parameters and records.
     #[default]
     Device,
-    /// On the host; the device reports its position and applies the force it is sent.
+    /// Loop on the host; the device reports its position and applies the force it is sent.
     Host,
 }
 

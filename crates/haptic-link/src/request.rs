@@ -62,7 +62,7 @@ pub enum Request {
         #[serde(with = "postcard::fixint::le")]
         offset: u16,
     },
-    /// From idle, or from a fault whose force has fallen to zero, to armed: zero force, but ready. Clears
+    /// Arms the device, from idle, or from a fault whose force has fallen to zero: zero force, but ready. Clears
     /// the fault.
     Arm {
         /// Number of faults since power-up that the host knows of, from [`Status`](crate::Status): an arm
@@ -70,7 +70,7 @@ pub enum Request {
         #[serde(with = "postcard::fixint::le")]
         faults: u16,
     },
-    /// To idle; the force falls to zero within the stop time. A fault stays.
+    /// Disarms the device, to idle; the force falls to zero within the stop time. A fault stays.
     Disarm,
     /// Begins a run, from armed to running.
     Start(Start),
@@ -95,7 +95,7 @@ pub enum Request {
     GetStatistics,
     /// A sample from before and after the last fault. Answer: [`DeviceReport::Flight`](crate::DeviceReport::Flight).
     ReadFlight {
-        /// From 0, the oldest.
+        /// Number of the sample from 0, the oldest.
         #[serde(with = "postcard::fixint::le")]
         index: u16,
     },

@@ -47,7 +47,7 @@ impl Sample {
     }
 }
 
-/// At least one tick, consecutive among those sent.
+/// Samples of at least one tick, consecutive among those sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct SampleBatch {
     /// Number of the tick of the first item.

@@ -22,7 +22,7 @@ pub enum SurfaceKind {
 pub struct SurfaceShape {
     /// The kind of surface, which gives the numbers below their meaning.
     pub kind: SurfaceKind,
-    /// For a plane its distance from 0 along the normal, for a ball its radius, m.
+    /// Distance of a plane from 0 along the normal, or radius of a ball, m.
     pub distance_m: f32,
     /// One element per axis: for a plane the unit normal, pointing into the law; for a ball the
     /// centre, m.

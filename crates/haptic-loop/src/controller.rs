@@ -189,7 +189,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.safety.unmeasured(ticks);
     }
 
-    /// From the next tick on the force falls to zero, within [`SafetyLimits::stop_time`](crate::SafetyLimits::stop_time).
+    /// Lets the force fall to zero from the next tick on, within [`SafetyLimits::stop_time`](crate::SafetyLimits::stop_time).
     pub fn stop(&mut self) {
         self.safety.stop();
     }

@@ -73,7 +73,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         }
     }
 
-    /// As [`engage`](Self::engage), but permanent, for a static whose interrupt ticks.
+    /// Closes the loop as [`engage`](Self::engage) does, but permanently, for a static whose interrupt ticks.
     #[inline]
     pub const fn into_engaged<V: Device<F, D>>(self, device: V) -> Engaged<F, D, E, V> {
         Engaged {

@@ -137,7 +137,7 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
         &self.operator
     }
 
-    /// With other gains, and its operator to be changed.
+    /// Takes other gains, and gives its operator to be changed.
     pub(crate) const fn reshape(&mut self, gains: Gains<F>) -> &mut O
     where
         F: Copy,

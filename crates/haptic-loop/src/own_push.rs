@@ -80,7 +80,7 @@ pub struct OwnPushHistory<F, H> {
 }
 
 impl<F: Real, E> OwnPush<F, E> {
-    /// With a push into the environment, N: along the direction in which positions grow. A push that is not finite becomes a
+    /// Environment with a push into it, N: along the direction in which positions grow. A push that is not finite becomes a
     /// force that is not finite, which the safety chain turns into a fault.
     pub fn new(inner: E, push_n: Option<F>) -> Self {
         Self {
@@ -101,7 +101,7 @@ impl<F: Real, E> OwnPush<F, E> {
         self.is_pushed
     }
 
-    /// With another push and tap, and its environment to be changed.
+    /// Takes another push and tap, and gives its environment to be changed.
     pub fn reshape(&mut self, push_n: Option<F>, tap: Tap<F>) -> &mut E {
         self.is_pushed = push_n.is_some() || tap.force_n != F::ZERO;
         (self.pull_n, self.tap) = (pull(push_n), tap);

@@ -100,8 +100,8 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         }
     }
 
-    /// On its own, so that what it needs of the stack is free again; each kind written in its place, not by way of
-    /// [`of`](Self::of), which would move the operator once more.
+    /// Makes it a wall of the other kind, in a function of its own, so that what that needs of the stack is free again; each kind written
+    /// in its place, not by way of [`of`](Self::of), which would move the operator once more.
     #[inline(never)]
     fn begin(&mut self, shape: WallShape<F>, operator: impl FnOnce() -> O) {
         match shape.plane {

@@ -6,14 +6,14 @@ use std::collections::BTreeMap;
 
 /// Name of the metadata record that says how a run ended; the last of its log.
 pub const END: &str = "end";
-/// As [`END`], of a drive, a second device.
+/// Name like [`END`], for a drive, which is a second device.
 pub const DRIVE_END: &str = "drive.end";
 
 /// Kind of the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EndKind {
-    /// With its last planned sample.
+    /// Run that ended with its last planned sample.
     Finished,
     /// Somebody stopped it, by Ctrl-C or on the page.
     Interrupted,
@@ -62,7 +62,7 @@ impl RunEnd {
         entries.map(|(key, value)| (key.to_owned(), value)).into()
     }
 
-    /// From metadata; `None` if they are others, or say something else than this version writes.
+    /// End of a run from metadata; `None` if they are others, or say something else than this version writes.
     #[must_use]
     pub fn of(record: &MetadataRecord) -> Option<Self> {
         if record.name != END && record.name != DRIVE_END {

@@ -21,11 +21,11 @@ pub const STALE_MOST: f64 = 0.01;
 pub struct FlawCounts {
     /// Ticks with an earlier tick's position, or in which an older force may have acted.
     pub stale: u64,
-    /// Of them, those in which the board did not answer.
+    /// Those of the stale ticks in which the board did not answer.
     pub unanswered: u64,
     /// Those whose board may not have taken the force of the tick before.
     pub forces_not_taken: u64,
-    /// Of them, those in which the device had not received the last forces of a loop on the host.
+    /// Those of the stale ticks in which the device had not received the last forces of a loop on the host.
     pub late_forces: u64,
     /// Ticks for which the device reported something impossible.
     pub impossible: u64,

@@ -41,7 +41,7 @@ pub enum ColumnValue {
 }
 
 impl ColumnValue {
-    /// As a number; counts above 2⁵³ are rounded.
+    /// Value as a number; counts above 2⁵³ are rounded.
     #[must_use]
     pub fn to_f64(self) -> f64 {
         match self {
@@ -284,7 +284,7 @@ impl<S: Copy> Layout<S> {
         }
     }
 
-    /// As [`read`](Self::read); returns the number of bytes behind the last field, 0 where it is not known.
+    /// Reads as [`read`](Self::read) does; returns the number of bytes behind the last field, 0 where it is not known.
     ///
     /// # Errors
     /// If the bytes end before the last field.
@@ -466,7 +466,7 @@ string text     # the sentence
 
     type Slot = usize;
 
-    /// In the order of the schema above.
+    /// Place in the order of the schema above.
     fn slot(name: &str) -> Option<usize> {
         ["time_s", "kind", "text"]
             .iter()

@@ -43,7 +43,7 @@ impl Default for PerAxis {
 }
 
 impl FromIterator<f64> for PerAxis {
-    /// As [`new`](Self::new).
+    /// Numbers for the axes, as [`new`](Self::new) takes them.
     fn from_iter<I: IntoIterator<Item = f64>>(numbers: I) -> Self {
         let (mut values, mut count) = ([0.0; 3], 0);
         for (value, number) in values.iter_mut().zip(numbers) {
@@ -81,7 +81,7 @@ enum Reach {
     Count(fn(&mut TickMessage) -> &mut u64),
     Number(fn(&mut TickMessage) -> &mut f64),
     Axes(fn(&mut TickMessage) -> &mut PerAxis),
-    /// As `Axes`, where there may be nothing to tell.
+    /// Access as in `Axes`, where there may be nothing to tell.
     Perhaps(fn(&mut TickMessage) -> &mut Option<PerAxis>),
     Bits(fn(&mut TickMessage) -> &mut u8),
     /// No field, but made of some.

@@ -140,7 +140,7 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// From `start` on, before `end`, in `columns` columns or a few less; 0 counts as 1.
+    /// Span from `start` on, before `end`, in `columns` columns or a few less; 0 counts as 1.
     pub(crate) fn new(start: u64, end: u64, columns: u32) -> Self {
         Self {
             start,
@@ -150,7 +150,7 @@ impl Span {
         }
     }
 
-    /// Of the same columns only those from that of this tick on.
+    /// Span with only those of the same columns from that of this tick on.
     pub(crate) const fn since(self, tick: u64) -> Self {
         Self {
             since: tick,
@@ -167,12 +167,12 @@ impl Span {
 /// Least and largest of each channel, column by column.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Columns {
-    /// Of the first column, a multiple of the width.
+    /// First tick of the first column, a multiple of the width.
     pub(crate) first_tick: u64,
     pub(crate) width: u64,
     pub(crate) count: usize,
     pub(crate) channels: usize,
-    /// Of each channel first all least, then all largest.
+    /// Numbers of each channel: first all least, then all largest.
     pub(crate) numbers: Vec<f32>,
 }
 

@@ -302,7 +302,7 @@ fn of_another_kind(units: &[Unit], text: &str) -> Option<String> {
     is_one.then(|| rounded(value).to_string())
 }
 
-/// In four digits.
+/// Value in four digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }

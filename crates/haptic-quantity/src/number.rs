@@ -11,9 +11,9 @@
 /// The sign before the decimals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DecimalSign {
-    /// As in 1.5 and 1,234.5.
+    /// Point, as in 1.5 and 1,234.5.
     Point,
-    /// As in 1,5 and 1.234,5.
+    /// Comma, as in 1,5 and 1.234,5.
     Comma,
 }
 

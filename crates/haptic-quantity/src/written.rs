@@ -47,7 +47,7 @@ const REQUIRED: [&str; 4] = [
     "corollary_",
     "sampled_damping",
 ];
-/// Of the largest that is allowed, or proved.
+/// Beginnings of keys of the largest that is allowed, or proved.
 const LARGEST: [&str; 6] = [
     "largest_",
     "alpha_max",
@@ -68,7 +68,7 @@ impl Toward {
 }
 
 impl WrittenUnit {
-    /// For numbers of a key of about this size: `kN/m` for `stiffness_n_per_m` and 7625.
+    /// Unit for numbers of a key of about this size: `kN/m` for `stiffness_n_per_m` and 7625.
     #[must_use]
     pub fn of_key(key: &str, size: f64) -> Self {
         let end = parts_of_key(key).1;

@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 
 /// Amplitude ratios, -300 to 120 dB: a smaller ratio is lost in the rounding of a loop.
 const GAINS: Range = Range::Within(1e-15, 1e6);
-/// As 60deg is read, to the last bit.
+/// Margin as `60deg` is read, to the last bit.
 const USUAL_MARGIN: f64 = 60.0 * (PI / 180.0);
 /// Angles, which the tuning judges in degrees.
 const ANGLES: Range = Range::Within(f64::MIN, f64::MAX);

@@ -71,7 +71,7 @@ struct Jump {
 }
 
 impl Jump {
-    /// Of a value and a time, `12@2s`.
+    /// Jump of a value and a time, `12@2s`.
     fn of(text: &str) -> Option<Self> {
         let (to, at) = text.split_once('@')?;
         let at_s = parse_for_key("at_s", at.trim()).ok()?;

@@ -13,12 +13,12 @@ use haptic_link::{Header, RequestTracker};
 
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Arrived {
-    /// To be acted on; the first of its connection, or a later one.
+    /// Request to be acted on; the first of its connection, or a later one.
     New {
         first: bool,
     },
     Old,
-    /// Of a connection that the device does not know.
+    /// Request of a connection that the device does not know.
     Stranger,
 }
 

@@ -34,13 +34,13 @@ pub enum Incoming {
     },
     /// Unrequested: samples, events, faults.
     Report(DeviceReport),
-    /// As [`Report`](Self::Report), and the first of a run whose start was requested: the start was accepted, even if its answer is lost.
+    /// Report like [`Report`](Self::Report), and the first of a run whose start was requested: the start was accepted, even if its answer is lost.
     Begun(DeviceReport),
     /// An answer to a keep-alive.
     Alive {
         /// When it was sent, µs.
         sent_us: u64,
-        /// From sending to hearing, µs.
+        /// Time from sending to hearing, µs.
         round_trip_us: u64,
         /// The device's own time in it, µs.
         device_us: u64,
@@ -148,7 +148,7 @@ impl Conversation {
         self.listening.unwrap_or(Patience::new(Duration::MAX))
     }
 
-    /// From now on each request is sent again as soon as a stop.
+    /// Sends each request again as soon as a stop, from now on.
     pub const fn hurry(&mut self) {
         self.hurries = true;
     }

@@ -30,7 +30,7 @@ impl HeldClock {
         }
     }
 
-    /// For how long it has gone, real time.
+    /// Real time for which it has gone.
     pub fn elapsed(&self) -> Duration {
         (self.now)().saturating_duration_since(self.began)
     }

@@ -47,7 +47,7 @@ pub enum Impossible {
     Force {
         /// Number of the tick that it is said to be of.
         tick: u32,
-        /// On the axis of the largest, N.
+        /// Force on the axis of the largest, N.
         force_n: f32,
         /// The largest that it makes, N.
         most_n: f32,
@@ -211,7 +211,7 @@ impl Watched {
 #[cfg(feature = "std")]
 #[derive(Debug)]
 struct Reach {
-    /// Of each axis, m.
+    /// Ends of each axis, m.
     ends_m: [[f32; 2]; AXES_MAX],
     /// Jump that is allowed beyond the speed, m; infinite without a limit.
     jump_m: f32,
@@ -313,7 +313,7 @@ pub(crate) struct Plausible {
 
 #[cfg(feature = "std")]
 impl Plausible {
-    /// Of a device with this largest force and this range of its force sensor, N; a plant that it simulates may run away.
+    /// Bounds for a device with this largest force and this range of its force sensor, N; a plant that it simulates may run away.
     pub(crate) const fn of(force_most_n: f32, sensed_most_n: f32, simulates: bool) -> Self {
         let far_m = if simulates { 1e6 } else { Limits::PLACE_MOST_M };
         Self {

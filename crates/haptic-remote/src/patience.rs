@@ -40,13 +40,13 @@ pub struct Patience {
 }
 
 impl Patience {
-    /// With a device that was heard just now.
+    /// Patience with a device that was heard just now.
     #[must_use]
     pub const fn new(most: Duration) -> Self {
         Self::since(most, Duration::ZERO)
     }
 
-    /// With a device that was heard just now, by the count of a thread that has listened for `listened`.
+    /// Patience with a device that was heard just now, by the count of a thread that has listened for `listened`.
     #[must_use]
     pub const fn since(most: Duration, listened: Duration) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! From a configuration on the wire to a controller: everything that can be refused is refused here.
+//! Controller from a configuration on the wire: everything that can be refused is refused here.
 
 use crate::hardware::{Hardware, PlantSetup as _};
 use crate::limits::{Fields, chain_limits};
@@ -63,10 +63,10 @@ pub struct Prepared<S> {
     pub(super) law: Law,
     pub(super) chain: SafetyChain<f32>,
     pub(super) setup: S,
-    /// In front of the law.
+    /// Surface in front of the law.
     #[cfg(feature = "several-axes")]
     pub(super) surface: Option<haptic_link::SurfaceShape>,
-    /// In the place of the law.
+    /// Controller in the place of the law.
     #[cfg(feature = "controllers")]
     pub(super) controller: Option<haptic_link::ControllerLaw>,
 }

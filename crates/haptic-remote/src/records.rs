@@ -15,7 +15,7 @@ pub struct Records<const D: usize = 1> {
 }
 
 impl<const D: usize> Records<D> {
-    /// Without samples and notices, for a static.
+    /// Records without samples and notices, for a static.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -27,7 +27,7 @@ impl<const D: usize> Records<D> {
 
 /// Samples that the flight recorder keeps.
 pub const FLIGHT_SAMPLES: usize = 96;
-/// Of these, samples after the fault.
+/// Number of these that come after the fault.
 const AFTER: u16 = 24;
 
 /// Keeps the newest samples until a fault latches and some more have come, then stands still until cleared.
@@ -110,7 +110,7 @@ pub(super) struct Stream {
 impl Stream {
     pub(super) const OFF: Self = Self { every: 0, batch: 1 };
 
-    /// As a host asks for it.
+    /// Stream that a host asks for.
     pub(super) fn new(every: u16, batch: u8) -> Result<Self, Refusal> {
         if (1..=BATCH_MAX).contains(&usize::from(batch)) {
             Ok(Self { every, batch })
@@ -327,7 +327,7 @@ impl<const D: usize> Tick<D> {
         sample
     }
 
-    /// As a device reported it; `None` for another number of axes.
+    /// Tick as a device reported it; `None` for another number of axes.
     #[must_use]
     pub fn reported(sample: &Sample) -> Option<Self> {
         let axes: &[BatchItem; D] = sample.axes[..].try_into().ok()?;

@@ -15,7 +15,7 @@ pub(crate) struct Rendered<const D: usize> {
     /// Its depth is the position that the wall sees.
     #[cfg(feature = "several-axes")]
     pub(crate) surface: Option<Shape<f32, D>>,
-    /// In place of the wall.
+    /// Controller in place of the wall.
     #[cfg(feature = "controllers")]
     pub(crate) holding: Option<Holding>,
 }

@@ -39,7 +39,7 @@ pub(super) struct Bench<'a> {
     link: Option<SerialLink>,
     pub(super) test: SelfTest,
     attendant: Attendant<'a>,
-    /// As it was set to last before the test, with its coefficients.
+    /// Configuration that was set to last before the test, with its coefficients.
     pub(super) set: (Configuration, Vec<f32>),
     pub(super) limited: Configuration,
     /// The axis that a trial drives; the others get no force.

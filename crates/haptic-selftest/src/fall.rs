@@ -65,7 +65,7 @@ pub(super) struct Fall {
 }
 
 impl Fall {
-    /// Of these samples, from the first tick that may not grow on. Up to it the force may have grown where samples
+    /// Fall in these samples, from the first tick that may not grow on. Up to it the force may have grown where samples
     /// were lost, as fast as these bounds let it; from then on not, whatever was lost.
     pub(super) fn of(samples: &[Tick], first: u32, bounds: &Bounds) -> Self {
         let before = samples.iter().rfind(|sample| sample.tick < first);

@@ -221,7 +221,7 @@ impl Check {
         })
     }
 
-    /// With this seen, it is broken for certain.
+    /// Row that says whether, with this seen, it is broken for certain.
     pub(super) fn certain(self, certain: bool) -> Self {
         Self { certain, ..self }
     }

@@ -30,7 +30,7 @@ pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Resul
     Ok(row.figure("samples", kept.len() as f64))
 }
 
-/// In words, and whether all of it is there: full, without gap, with the fault in it, and as it was sent.
+/// Record in words, and true if all of it is there: full, without gap, with the fault in it, and as it was sent.
 fn judge(kept: &[Tick], followed: &Followed, fault: u32, room: usize) -> (String, bool) {
     let after = kept.iter().filter(|sample| sample.tick > fault).count();
     let has_fault = kept.iter().any(|sample| sample.tick == fault);
@@ -60,7 +60,7 @@ fn judge(kept: &[Tick], followed: &Followed, fault: u32, room: usize) -> (String
     (seen, ok)
 }
 
-/// To the last bit, but for the time, which a batch of samples does not carry.
+/// True if two ticks agree to the last bit, but for the time, which a batch of samples does not carry.
 fn is_same(a: &Tick, b: &Tick) -> bool {
     let bits = |tick: &Tick| {
         [tick.position_m, tick.environment_force_n, tick.force_n].map(|[axis]| axis.to_bits())

@@ -93,7 +93,7 @@ pub struct OneWayLine {
     model: ChannelModel,
     sample_time: f64,
     random: Pcg32,
-    /// By the tick of arrival and the order of sending.
+    /// Samples by the tick of arrival and the order of sending.
     on_the_way: BTreeMap<(u64, u64), HandSample>,
     counts: ChannelCounts,
     order: u64,

@@ -184,7 +184,7 @@ impl<O: Differintegrator<f64>> Port<O> {
         }
     }
 
-    /// From the next tick on the force falls to zero.
+    /// Lets the force fall to zero from the next tick on.
     pub fn stop(&mut self) {
         self.safety.stop();
     }

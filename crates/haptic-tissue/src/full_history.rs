@@ -23,7 +23,7 @@ pub struct FullHistory {
 }
 
 impl FullHistory {
-    /// For records of up to `samples` samples.
+    /// History for records of up to `samples` samples.
     ///
     /// # Errors
     /// Beyond 1e12 samples.
@@ -82,7 +82,7 @@ impl FullHistory {
 /// The sums of a branch.
 #[derive(Clone, Debug)]
 enum Sums {
-    /// With its strain ε\[n−1\].
+    /// Sum of a spring-pot, with its strain ε\[n−1\].
     Pot(Sum, f64),
     Series([FullHistory; 2]),
 }

@@ -455,7 +455,7 @@ impl ValidRange {
         ]
     }
 
-    /// By name, each pair of ends side by side.
+    /// Ends by name, each pair side by side.
     fn named(&self) -> [(&'static str, Option<f64>); 5] {
         [
             ("time_from_s", self.time_from_s),

@@ -18,7 +18,7 @@ pub struct LoopVerdict {
     /// The least further time by which the force of the drive may act later at which it is, s: a force is held, and switches inside a sample.
     /// Null if none is.
     pub delay_margin_s: Option<f64>,
-    /// Of an unstable loop the gain, as a multiple of the present one, beyond which it is stable:
+    /// Gain, as a multiple of the present one, beyond which an unstable loop is stable:
     /// below it if it is below 1, above it if it is above 1. Null if no such gain exists within a
     /// factor of a hundred, or if the loop is stable.
     pub stable_beyond_gain: Option<f64>,
@@ -43,7 +43,7 @@ impl LoopVerdict {
 pub struct DriveVerdict {
     /// Before contact; null where a force is the set point.
     pub free: Option<LoopVerdict>,
-    /// In contact with the tissue; null on a device whose tissue is a chain of parts.
+    /// Verdict in contact with the tissue; null on a device whose tissue is a chain of parts.
     pub in_contact: Option<LoopVerdict>,
     /// The spring that holds a tissue without one in this judgement, N/m; null if it is judged
     /// without one.

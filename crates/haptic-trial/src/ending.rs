@@ -37,9 +37,9 @@ pub enum Ending {
 /// Push of a motor into a law, N. The first swing of the law ends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotorPush {
-    /// Of the motor that renders the law: part of its force.
+    /// Part of the force of the motor that renders the law.
     Own(f64),
-    /// Of that of a second device.
+    /// Push of the motor of a second device.
     Second(f64),
 }
 
@@ -168,7 +168,7 @@ impl Fall {
 }
 
 impl LetGo {
-    /// Of a run that ended for this reason, on a device with this keeper.
+    /// Release in a run that ended for this reason, on a device with this keeper.
     pub fn of(ended: Ending, fall: Fall, keeper: ForceKeeper) -> Self {
         match (ended, fall.zero_after_gap_s) {
             (
@@ -202,7 +202,7 @@ impl LetGo {
         }
     }
 
-    /// As `of`, for a run whose device did not receive the stop.
+    /// Release as by [`of`](Self::of), in a run whose device did not receive the stop.
     pub fn unheard(ended: Ending, fall: Fall, keeper: ForceKeeper) -> Self {
         match fall.acting {
             0 => Self::of(ended, fall, keeper),
@@ -283,7 +283,7 @@ impl Ending {
         }
     }
 
-    /// In words; of a device for which this host was too late, with what it may be allowed.
+    /// Reason in words; for a device that this host was too late for, with the lateness that it may be allowed.
     pub fn reason(self, lateness: Option<Lateness>) -> String {
         match self {
             Self::Interrupted => "interrupted".to_owned(),

@@ -186,7 +186,7 @@ pub struct DeviceValues {
 impl FromStr for PlantModel {
     type Err = ControlError;
 
-    /// As a [`Plant`]: a transfer function in notation, perhaps with `exp(-0.5s)` as a factor.
+    /// Reads a model as a [`Plant`] is read: a transfer function in notation, perhaps with `exp(-0.5s)` as a factor.
     fn from_str(text: &str) -> Result<Self, ControlError> {
         let plant: Plant = text.parse()?;
         let empty = ControlError::Empty { what: "numerator" };

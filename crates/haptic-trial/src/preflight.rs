@@ -25,7 +25,7 @@ pub type LoopJudge<'a> = dyn Fn(Dynamics, usize) -> Result<Findings, Failure> + 
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(untagged)]
 pub enum Findings {
-    /// Of a loop through an environment.
+    /// Verdict on a loop through an environment.
     Loop(PreflightVerdict),
     /// The loop of a controller that holds an indenter.
     Drive(DriveVerdict),
@@ -56,7 +56,7 @@ impl Findings {
 pub const NOT_PROVED: &str = "not proved";
 /// Energy bounding holds for any environment. It proves neither that the device comes to rest nor a force.
 pub const NO_ENERGY: &str = "proved to give no energy, with the guard on";
-/// By the certificate of the loop that runs, up to the force limit.
+/// Proof by the certificate of the loop that runs, up to the force limit.
 pub const EVERY_MOTION: &str =
     "proved for every motion, but for friction, encoder, rate limit, guard, start ramp and braking";
 
@@ -110,7 +110,7 @@ pub struct PreflightVerdict {
     pub alpha: f64,
     /// β = BT^(2−μ)/m.
     pub beta: f64,
-    /// Of a coupler: Llewellyn's verdict. Then `margin` is the factor on `k_c` and `b_c`, `passive` and `required_delta` are
+    /// Llewellyn's verdict on a coupler. Then `margin` is the factor on `k_c` and `b_c`, `passive` and `required_delta` are
     /// those of the sampled port with any object, α = `k_c`T/m and β = `b_c`T^(1+μ)/m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coupler: Option<CouplerVerdict>,

@@ -90,7 +90,7 @@ pub struct Safety {
     pub guard: GuardChoice,
     /// Lowest and highest position, m.
     pub workspace_m: Option<(f64, f64)>,
-    /// In the order of [`Limit::ALL`]. 0 switches off a default of a real device.
+    /// Numbers in the order of [`Limit::ALL`]. 0 switches off a default of a real device.
     numbers: [Option<f64>; Limit::ALL.len()],
     /// Facts of the device for its guard, but for the mass, which is a limit of braking too.
     device: GuardedDevice,

@@ -15,9 +15,9 @@ pub type ReadTicks =
 /// Place of the samples of a run.
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a> {
-    /// In memory.
+    /// Samples in memory.
     Whole(&'a [KeptSample]),
-    /// In the files of the log, from this tick on, up to this one as it is counted from there.
+    /// Samples in the files of the log, from this tick on, up to this one as it is counted from there.
     Logged(&'a [PathBuf], ReadTicks, RunStart, u64),
 }
 
@@ -61,7 +61,7 @@ pub struct RunStart {
 }
 
 impl RunStart {
-    /// At this tick, with this sample time.
+    /// Start at this tick, with this sample time.
     pub const fn at(tick: u64, sample_time_s: f64) -> Self {
         Self {
             tick,
@@ -144,7 +144,7 @@ pub fn count(
 mod tests {
     use super::*;
 
-    /// Of a drive that began between two ticks the first after it counts, at the time from there.
+    /// Drive that began between two ticks: the first after it counts, at the time from there.
     #[test]
     fn a_run_may_count_from_between_two_ticks() {
         let start = RunStart::from(0.5012, 1e-3);

@@ -24,7 +24,7 @@ pub enum SensorOffset {
     /// Not known yet.
     #[default]
     Measuring,
-    /// On each axis, N.
+    /// Offset on each axis, N.
     Known([f64; 3]),
     /// The law wanted a force before it was known, after so many samples.
     Touched {

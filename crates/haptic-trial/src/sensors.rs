@@ -89,7 +89,7 @@ impl Imperfections {
         none && self.sensors.are_ideal()
     }
 
-    /// In words, as in `0.05 N friction, 1 ms delay, 1 ms current lag, 1 µm encoder`.
+    /// Imperfections in words, as in `0.05 N friction, 1 ms delay, 1 ms current lag, 1 µm encoder`.
     #[must_use]
     pub fn words(&self) -> String {
         if self.is_ideal() {

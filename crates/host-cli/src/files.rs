@@ -391,7 +391,7 @@ impl PlaceOfFile {
             .take(written.map(|()| path.display().to_string()))
     }
 
-    /// As [`Place::close`].
+    /// Closes as [`Place::close`] does.
     pub(crate) fn close(self, ended: Result<(), Failure>) -> Result<(), Failure> {
         self.unwritten.behind(ended)
     }

@@ -354,7 +354,7 @@ pub(crate) mod keys {
 
     /// A command whose options are made from tables of parameters.
     pub(crate) trait Named {
-        /// In the order of the help, in groups. The first is what most runs change, and all that `-h` shows.
+        /// Options in the order of the help, in groups. The first is what most runs change, and all that `-h` shows.
         const OPTIONS: &'static [&'static [&'static Parameter]];
         /// More of them under headings; `-h` shows all.
         const TABLES: &'static [&'static [(&'static str, &'static [Parameter])]];
@@ -375,7 +375,7 @@ pub(crate) mod keys {
         )*};
     }
 
-    /// Of the rig that presses a tissue.
+    /// Options of the rig that presses a tissue.
     #[rustfmt::skip]
     const RIG: &[&Parameter] =
         &[&AREA, &THICKNESS, &LOADING, &INDENTER_RADIUS, &CONTROLLER, &LOOP, &DEVICE_MODEL, &GUARD];

@@ -41,9 +41,9 @@ fracdiff::enumerated! {
 /// The place of a column that a user named.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// By its number, from 1.
+    /// Number of the column, from 1.
     Number(usize),
-    /// By its header, or the header without the unit.
+    /// Header of the column, or the header without the unit.
     Name(String),
 }
 

@@ -22,7 +22,7 @@ pub enum TableError {
 }
 
 impl TableError {
-    /// With the remedy to leave out rows that are no sample, of an error that this mends.
+    /// Error with the remedy to leave out rows that are no sample, if that mends it.
     #[must_use]
     pub fn or_skip(mut self) -> Self {
         if let Self::Line { reason, .. } = &mut self {

@@ -34,7 +34,7 @@ pub(super) struct ErrorColumn {
 
 #[derive(Clone, Copy)]
 enum Scale {
-    /// As the measured column.
+    /// Scale of the measured column.
     Alike,
     /// Size of one in SI units.
     Factor(f64),

@@ -14,10 +14,10 @@ use serde::Serialize;
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ColumnRead {
-    /// From 1, as a user names it.
+    /// Number from 1, as a user names it.
     #[serde(rename = "column")]
     pub number: usize,
-    /// As it stands in the header.
+    /// Name as it stands in the header.
     pub name: String,
     /// The unit in the name or below it.
     pub unit: Option<String>,

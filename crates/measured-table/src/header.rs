@@ -11,8 +11,8 @@ use std::f64::consts::E;
 pub(super) struct Meaning {
     pub(super) column: Column,
     pub(super) unit: Unit,
-    /// Of several names of one quantity the lowest counts: a clock that begins with the step, or an angular frequency; a plain name; one with a remark; a
-    /// clock of the whole test.
+    /// Rank, of which among several names of one quantity the lowest counts: a clock that begins with the step, or an angular frequency; a plain
+    /// name; one with a remark; a clock of the whole test.
     pub(super) rank: u8,
 }
 
@@ -21,7 +21,7 @@ pub(super) struct Meaning {
 pub(super) enum Unit {
     /// Size of one in SI units.
     Factor(f64),
-    /// As `Factor`, of a mass that stands for its weight.
+    /// Size as in `Factor`, of a mass that stands for its weight.
     Weight(f64),
     /// Neither the name nor the line below says one.
     Untold,

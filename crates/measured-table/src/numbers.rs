@@ -37,7 +37,7 @@ pub struct Reader {
 /// A part of a table that is a record of its own.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Segment {
-    /// From 1, in the order of the file.
+    /// Number from 1, in the order of the file.
     #[serde(rename = "segment")]
     pub number: usize,
     /// The name of its step, set or interval, or its lines.
@@ -59,7 +59,7 @@ pub(super) struct Found {
     pub(super) place: usize,
     name: String,
     unit: Unit,
-    /// Of the logarithms that its cells are, if they are.
+    /// Base of the logarithms that its cells are, if they are.
     base: Option<f64>,
     /// True of a distance that falls while the depth grows.
     falls: bool,
@@ -621,7 +621,7 @@ fn keep_sweep(found: &mut Vec<Found>) {
 }
 
 impl<'a> Part<'a> {
-    /// Without any column of a record.
+    /// Part without any column of a record.
     pub(super) const fn unknown(block: &'a Block, heading: Heading) -> Self {
         Self {
             block,

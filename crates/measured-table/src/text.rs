@@ -164,7 +164,7 @@ pub fn read_record<const N: usize>(
 pub struct RecordColumns<const N: usize> {
     /// The line of each row in the file, from 1, for messages.
     pub lines: Vec<u64>,
-    /// In the order of the requested names; NaN where a row lacks a signal. The first is empty if there are no times.
+    /// Columns in the order of the requested names; NaN where a row lacks a signal. The first is empty if there are no times.
     pub columns: [Vec<f64>; N],
     /// One sentence for each column that was taken by another name than the requested one.
     pub notes: Vec<String>,
@@ -255,7 +255,7 @@ impl Chosen {
         })
     }
 
-    /// As [`numbers`](Self::numbers), of which no row may lack one.
+    /// Numbers as of [`numbers`](Self::numbers), of which no row may lack one.
     pub(super) fn complete<const N: usize>(
         &self,
         places: [Option<usize>; N],

@@ -108,7 +108,7 @@ fn instant(time: &ExcelDateTime) -> String {
     format!("{hours:02}:{minutes:02}:{:06.3}", rest / 1e3)
 }
 
-/// Without the signs that part cells and lines.
+/// Text without the signs that part cells and lines.
 fn plain(text: &str) -> String {
     text.replace(['\t', '\r', '\n'], " ")
 }

@@ -8,7 +8,7 @@ use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scal
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
     pub(crate) name: String,
-    /// For the legend; empty for none.
+    /// Name for the legend; empty for none.
     pub(crate) legend: String,
     pub(crate) points: Vec<(f64, f64)>,
     pub(crate) look: Look,

@@ -52,7 +52,7 @@ impl Kind {
         }
     }
 
-    /// As a loop samples it: s^μ by (1 − w)^μ, which is s^μ but for the sampling.
+    /// Scheme with which a loop samples it: s^μ by (1 − w)^μ, which is s^μ but for the sampling.
     fn scheme(self) -> Scheme {
         let band = Band {
             low_hz: 1e-5,

@@ -78,7 +78,7 @@ struct Bounded<'a> {
 /// The problem where its variables have these values.
 struct Point {
     values: Vec<f64>,
-    /// Of the record, then of the pulls.
+    /// Residuals of the record, then of the pulls.
     residuals: DVector<f64>,
     jacobian: DMatrix<f64>,
 }

@@ -1,4 +1,4 @@
-//! From the modulus M(s) to functions of time, by quadrature along a contour.
+//! Functions of time from the modulus M(s), by quadrature along a contour.
 //! ```text
 //! f(t) = (1/2πi) ∫ e^(st) F(s) ds ≈ Re Σ_k cₖ F(zₖ/t)/t        s = z/t on a Talbot contour
 //! relaxation modulus  F = M(s)/s      creep compliance  F = 1/(s·M(s))      its integral  F = M(s)/s²

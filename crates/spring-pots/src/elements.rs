@@ -24,7 +24,7 @@ pub struct Elements {
 }
 
 impl Elements {
-    /// From the values of the variables.
+    /// Elements from the values of the variables.
     #[must_use]
     pub fn from_variables(values: &[f64]) -> Self {
         let value = |variable: usize| values.get(variable).copied().unwrap_or(0.0);

@@ -172,7 +172,7 @@ impl History {
         row
     }
 
-    /// With 1 s as the unit of time.
+    /// Makes 1 s the unit of time.
     pub fn in_seconds(&mut self) {
         self.first_node += libm::log(self.unit_s);
         self.unit_s = 1.0;

@@ -27,7 +27,7 @@ pub const fn ideal(mass: f64, damping: f64, sample_time: f64) -> MassDamperConfi
     )
 }
 
-/// As [`ideal`], held by a hand of this stiffness, N/m.
+/// Device like [`ideal`], held by a hand of this stiffness, N/m.
 #[must_use]
 pub const fn with_hand(
     mass: f64,

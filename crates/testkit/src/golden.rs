@@ -18,7 +18,7 @@ pub fn cells(name: &str) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// As [`cells`], where all are numbers.
+/// Numbers in the cells of each line, read as by [`cells`].
 ///
 /// # Panics
 /// If one is not.

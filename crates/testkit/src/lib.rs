@@ -153,7 +153,7 @@ pub fn skip(why: &str) {
     skip_for_load(why);
 }
 
-/// As [`skip`], but never a panic: for a check by the clock on a machine that is too busy for it, which CI may be too.
+/// Says what [`skip`] says, but never panics: for a check by the clock on a machine that is too busy for it, which CI may be too.
 pub fn skip_for_load(why: &str) {
     let thread = std::thread::current();
     let test = thread.name().unwrap_or("part of a test");

@@ -18,7 +18,7 @@ include!(concat!(env!("OUT_DIR"), "/coefficients.rs"));
 
 type Operator = FullMemory<f32, 16, MODES>;
 
-/// From flash: no logarithm, no gamma function, no double precision.
+/// Operator from flash: no logarithm, no gamma function, no double precision.
 #[cfg(not(feature = "design-on-device"))]
 fn operator() -> Option<Operator> {
     Operator::from_list(INTEGER, &COEFFICIENTS).ok()

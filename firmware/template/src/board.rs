@@ -33,7 +33,7 @@ pub(crate) struct Board {
 }
 
 impl Board {
-    /// At power-up. TODO: takes the pins, the motor disabled.
+    /// Board at power-up. TODO: takes the pins, the motor disabled.
     pub(crate) fn new(now_us: fn() -> u64) -> Self {
         Self { now_us, tick: 0 }
     }

@@ -193,7 +193,7 @@ pub(crate) enum AnyPlant {
 }
 
 impl AnyPlant {
-    /// As the loop sees it once a sample.
+    /// Plant as the loop sees it once a sample.
     pub(super) fn sampled(&self, sample_time: f64) -> PyResult<SampledPlant> {
         match self {
             Self::Device(device) => device.get().dynamics().plant(sample_time).or_refused(),

@@ -252,7 +252,7 @@ impl PyTransferFunction {
 /// Terms of numerator and denominator, which cannot change.
 type Terms<'py> = (Bound<'py, PyTuple>, Bound<'py, PyTuple>);
 
-/// As long as a record, and never shorter than a memory can be.
+/// Horizon as long as a record, and never shorter than a memory can be.
 fn horizon(sample_time: f64, samples: usize) -> f64 {
     sample_time * samples.max(100) as f64
 }
@@ -292,20 +292,20 @@ impl PyControlPlant {
 
 #[pymethods]
 impl PyControlPlant {
-    /// From the usual notation, dead time included.
+    /// Plant from the usual notation, dead time included.
     #[staticmethod]
     fn _from_text(py: Python<'_>, text: &str) -> PyResult<Self> {
         Self::new(py, text.parse().or_refused()?, "_from_text", (text,))
     }
 
-    /// From a transfer function and a dead time in s.
+    /// Plant from a transfer function and a dead time in s.
     #[staticmethod]
     fn _from_function(function: &Bound<'_, PyTransferFunction>, delay_s: f64) -> PyResult<Self> {
         let plant = Plant::transfer(function.get().0, delay_s).or_refused()?;
         Self::new(function.py(), plant, "_from_function", (function, delay_s))
     }
 
-    /// From matrices and a dead time in s.
+    /// Plant from matrices and a dead time in s.
     #[staticmethod]
     fn _from_matrices(
         a: &Bound<'_, PyAny>,
@@ -333,7 +333,7 @@ impl PyControlPlant {
         Self::new(py, plant, "_from_matrices", numbers)
     }
 
-    /// From a measured response.
+    /// Plant from a measured response.
     #[staticmethod]
     fn _from_response(omega: &Bound<'_, PyAny>, response: &Bound<'_, PyAny>) -> PyResult<Self> {
         let py = omega.py();

@@ -343,7 +343,7 @@ impl PyModel {
     }
 }
 
-/// For pickles: a model from its kind and the values of its parameters, in the order of its table.
+/// Model for pickles, from its kind and the values of its parameters, in the order of its table.
 #[pyfunction]
 pub(crate) fn restore_model(kind: &str, values: Vec<f64>) -> PyResult<PyModel> {
     let model = Model::from_parameters(kind_of(kind)?, &values).or_refused()?;

@@ -87,7 +87,7 @@ fn by_tungstenite(period: Duration) {
     );
 }
 
-/// Without a round trip: it reads what has come, and does not wait.
+/// Measures the driver, without a round trip: it reads what has come, and does not wait.
 fn by_the_driver(period: Duration) {
     let stream = TcpStream::connect(ADDRESS).expect("connects");
     stream.set_nodelay(true).expect("set");

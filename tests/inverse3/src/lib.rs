@@ -20,7 +20,7 @@ pub struct Running {
 }
 
 impl Running {
-    /// With one device that nobody holds.
+    /// Service with one device that nobody holds.
     pub fn start() -> Self {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
         let address = listener.local_addr().expect("an address");

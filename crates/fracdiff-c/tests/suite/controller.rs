@@ -324,7 +324,7 @@ pub(crate) fn header_of<F: CNumber>(setup: &ControllerSetup, folder: &Path) -> P
     )
 }
 
-/// In an order of their own: a drawn controller with its set-point weights, whose loop is that of `controller.c`. Some signs are opposite.
+/// Case drawn in an order of its own: a controller with its set-point weights, whose loop is that of `controller.c`. Some signs are opposite.
 fn drawn(index: u32) -> Case {
     let mut state = 0x9E37_79B9_u32.wrapping_mul(index + 1);
     let mut draw = |low: f64, high: f64| {

@@ -13,7 +13,7 @@ use num_complex::Complex;
 /// Modes that decay faster than this per sample need no compensation word even in `f32`: a state stands still where
 /// its change rounds to nothing, 2^(−25)/decay of it at most, here 2e-6. In an integral of a constant that error lasts for ever.
 const FAST: f64 = 1.0 / 64.0;
-/// As [`FAST`] for increments, where it lasts only while a motion keeps one speed: 3e-5 of a mode that gives a tenth of the output.
+/// Limit as in [`FAST`], for increments, where the error lasts only while a motion keeps one speed: 3e-5 of a mode that gives a tenth of the output.
 const FAST_INCREMENTS: f64 = 1.0 / 1024.0;
 
 /// D^μ with the whole history: TAPS recent increments and up to MODES decaying modes.
@@ -89,7 +89,7 @@ operator_from_its_core!(FullMemory<TAPS, MODES>, FullMemoryHistory);
 pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
     rate: f64,
     direct: F,
-    /// Of lags 1 to TAPS − 1; the last is zero.
+    /// Corrections of lags 1 to TAPS − 1; the last is zero.
     corrections: [F; TAPS],
     decays: [F; MODES],
     weights: [F; MODES],
@@ -130,7 +130,7 @@ fn fast_blocks<F: Real>(decays: &[F], integer: i32) -> usize {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
-    /// Without taps and modes: all zero, to the last bit, so that it is made in its place without a copy.
+    /// Bank without taps and modes: all zero, to the last bit, so that it is made in its place without a copy.
     pub(crate) const SILENT: Self = Self {
         rate: 0.0,
         direct: F::ZERO,
@@ -146,7 +146,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         },
     };
 
-    /// From g, d and W of at most MODES modes, behind `integer` differences (> 0) or before −`integer` sums (< 0); without corrections.
+    /// Bank from g, d and W of at most MODES modes, behind `integer` differences (> 0) or before −`integer` sums (< 0); without corrections.
     pub(crate) fn of_modes(
         rate: f64,
         direct: f64,
@@ -411,7 +411,7 @@ fn advance_plain<F: Real, const SIZE: usize>(
     }
 }
 
-/// As [`advance_plain`], with compensation words.
+/// One step as in [`advance_plain`], with compensation words.
 #[inline(always)]
 fn advance_compensated<F: Real>(
     states: &mut Block<F>,
@@ -467,7 +467,7 @@ pub(crate) fn plain_modes<F: Real>(values: &[F], integer: i32) -> usize {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
-    /// From g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. Do not ask for its
+    /// Bank from g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. Do not ask for its
     /// frequency response: the rate is not in the list.
     pub(crate) fn from_list(values: &[F], integer: i32) -> Result<Self, ListError> {
         let mut bank = Self::SILENT;
@@ -526,7 +526,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
 }
 
 impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
-    /// From the integer part and the values of [`Form::Modes`](crate::portable::Form::Modes), as
+    /// Operator from the integer part and the values of [`Form::Modes`](crate::portable::Form::Modes), as
     /// [`Operator::list`](crate::Operator::list) gives them: the same bits as the operator that the list is of, without
     /// its design, so that a microcontroller needs no elementary functions.
     ///

@@ -28,7 +28,7 @@ const SOLVED: f64 = 0.01;
 const FAR: f64 = 0.4;
 /// Errors are alike if none is larger than another by more than this factor.
 const ALIKE: f64 = 1.1;
-/// As [`ALIKE`], where the tolerance lies between the errors.
+/// Factor as in [`ALIKE`], where the tolerance lies between the errors.
 const SAME: f64 = 1.01;
 const EXCHANGES: usize = 12;
 /// An error of this share of the tolerance that is not enough will not be.
@@ -51,7 +51,7 @@ pub(super) struct Exchange<'a> {
 }
 
 impl<'a> Exchange<'a> {
-    /// Of the fewest modes. `exponent`: of the density over ln s where modes are slow, as near as it is known.
+    /// Sum of the fewest modes. `exponent`: of the density over ln s where modes are slow, as near as it is known.
     pub(super) fn new(
         weight: &'a dyn Fn(f64) -> f64,
         exponent: f64,

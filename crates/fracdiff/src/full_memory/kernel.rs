@@ -184,7 +184,7 @@ impl Grid {
         Self::step_of(core.exponent(), tolerance)
     }
 
-    /// As [`step_for`](Self::step_for), for a density that rises like s^exponent over ln s.
+    /// Step as by [`step_for`](Self::step_for), for a density that rises like s^exponent over ln s.
     pub(super) fn step_of(exponent: f64, tolerance: f64) -> f64 {
         // 2|Γ(x+iy)|/Γ(x) = tolerance/2, x = 1 − ν, y = 2π/h, with |Γ(x+iy)| ≈ √(2π)·y^(x−½)·e^(−πy/2)
         let scale = 4.0 * libm::sqrt(2.0 * PI) / (libm::tgamma(exponent) * tolerance);

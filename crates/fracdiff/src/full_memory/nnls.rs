@@ -26,8 +26,8 @@ pub fn non_negative_least_squares(columns: Vec<Vec<f64>>, target: Vec<f64>) -> V
     nearly_least_squares(columns, target, 0.0)
 }
 
-/// As [`non_negative_least_squares`], but no unknown becomes positive whose column adds to the others what is alike what is left by less than
-/// this share of the root of its mean square: such columns draw noise.
+/// Solution as of [`non_negative_least_squares`], but no unknown becomes positive whose column adds to the others what is alike what is left by
+/// less than this share of the root of its mean square: such columns draw noise.
 #[must_use]
 pub fn nearly_least_squares(columns: Vec<Vec<f64>>, target: Vec<f64>, share: f64) -> Vec<f64> {
     let mut problem = Problem {

@@ -238,7 +238,7 @@ fn nothing_is_left_at_rest_to_the_last_bit() {
     }
 }
 
-/// With the shortest memory, behind which the modes decay soon.
+/// Asserts with the shortest memory, behind which the modes decay soon, that a step is forgotten.
 fn forgets<F: Real>(mu: f64) {
     let operator: FullMemory<F, 16, 48> = operator(&design(Kernel::Grunwald, mu, 1e2));
     let mut history = operator.at_rest();

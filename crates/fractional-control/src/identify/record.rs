@@ -49,15 +49,15 @@ impl DeadTime {
 /// *Source*: of their projection, G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, Inverse Problems 19, 2003.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StartState {
-    /// At rest, input and output counted from there.
+    /// Rest, input and output counted from there.
     #[default]
     Rest,
-    /// At rest without an input, at an output c that is to be found.
+    /// Rest without an input, at an output c that is to be found.
     Offset,
     /// Settled at an input `u_p` that is to be found, as is c.
     Settled,
-    /// On its way: c, which with an integrator is among its states, all states, and what acted within the dead time are to be found. A function of other than
-    /// whole orders has no finite state, so it counts as settled.
+    /// Motion: c, which with an integrator is among its states, all states, and what acted within the dead time are to be found. A function of
+    /// other than whole orders has no finite state, so it counts as settled.
     Moving,
 }
 

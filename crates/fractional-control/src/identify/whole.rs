@@ -31,7 +31,7 @@ pub struct WholeGuess {
     pub rms_residual: f64,
 }
 
-/// From one filter to the next.
+/// Factor from one filter's rate to the next.
 const FASTER: f64 = 4.0;
 /// Times the filter is replaced by the poles that were found with it.
 const ROUNDS: usize = 4;
@@ -67,7 +67,7 @@ pub fn whole_guess(record: &InputOutputRecord<'_>, shape: WholeShape) -> Option<
     best?.whole(&record)
 }
 
-/// As `whole_guess`, but only through the poles of `last`, a guess of the same shape for this record a little earlier or later.
+/// Guess like that of `whole_guess`, but only through the poles of `last`, a guess of the same shape for this record a little earlier or later.
 pub(crate) fn next_guess(
     record: &InputOutputRecord<'_>,
     shape: WholeShape,

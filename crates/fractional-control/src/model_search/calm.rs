@@ -122,7 +122,7 @@ const STRONG: f64 = 6.0;
 /// Share by which the innovations may be larger and count as equal, for any number of samples: no plant is a function to 1 % of its noise.
 pub(super) const ALIKE: f64 = 0.02;
 
-/// In autocorrelated noise, the plainest function that the record does not decisively exclude: that with the fewest features that imitate such
+/// The plainest function that the record, in autocorrelated noise, does not decisively exclude: that with the fewest features that imitate such
 /// noise (growth, poles and zeros at rest, zeros of the right half-plane), then the fewest numbers, unless another has strong evidence.
 pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
     let least = |among: &[(usize, &Found)]| {

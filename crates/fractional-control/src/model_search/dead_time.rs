@@ -27,7 +27,7 @@ const SCANNED: usize = 400;
 const SCANNED_MOVING: usize = 150;
 /// Poles and zeros of the functions that are run behind each dead time.
 const SHAPES: [WholeShape; 4] = [shape(1, 0), shape(2, 0), shape(2, 1), shape(3, 2)];
-/// Of a plant that moves by itself this part of the record is scanned.
+/// Divisor that gives the part of the record that is scanned for a plant that moves by itself.
 const MOVING: usize = 6;
 /// Number of samples after which the poles are found afresh, and not through those before.
 const AFRESH: usize = 8;

@@ -31,7 +31,7 @@ mod search;
 mod start;
 mod sums;
 
-/// For a first function that does not settle on its own: another that does, within the record, and
+/// Another function for a first one that does not settle on its own: one that does, within the record, and
 /// that the record does not speak very strongly against: a criterion at most 10 above (A. E.
 /// Raftery, *Bayesian model selection in social research*, 1995, Table 6), or that of one number.
 #[must_use]
@@ -662,8 +662,8 @@ fn simplest_as_good(found: &[Found]) -> Option<usize> {
     simplest.map(|(place, _)| place)
 }
 
-/// Of the functions of no more poles against which the record does not speak very strongly the simplest, by its numbers or by whole orders, comes before the first, the
-/// best, if it has another pole at rest.
+/// Place of the simplest function, by its numbers or by whole orders, of those with no more poles against which the record does not speak very
+/// strongly. It comes before the first, the best, if it has another pole at rest.
 fn simplest_at_rest(found: &[Found]) -> Option<usize> {
     let numbers = |found: &Found| (found.numbers(), !found.is_whole());
     let order = |found: &Found| order_at_rest(&found.identified.function);

@@ -98,7 +98,7 @@ impl<'a> Search<'a> {
         self.sum_fitted(from_ref(function), dead_time, freedom)
     }
 
-    /// As [`fitted`](Self::fitted), the parts of a sum.
+    /// Fits the parts of a sum, as [`fitted`](Self::fitted) fits one function.
     pub(super) fn sum_fitted(
         &self,
         parts: &[FractionalTransferFunction],

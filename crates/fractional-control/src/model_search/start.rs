@@ -127,7 +127,7 @@ fn of_part(part: &InputOutput, group: &[Begin], held: bool) -> Vec<Begin> {
 pub(super) struct OfShape {
     pub(super) shape: WholeShape,
     pub(super) guess: Guess,
-    /// Of the record that it was made from.
+    /// Criterion for the record that it was made from.
     pub(super) bic: f64,
     rms_residual: f64,
 }
@@ -198,7 +198,7 @@ fn shapes(most: usize) -> impl Iterator<Item = WholeShape> {
     })
 }
 
-/// Of each shape that of the best dead time, and that without one.
+/// Guesses for each shape: that of the best dead time, and that without one.
 fn every_shape(
     record: &InputOutput,
     held: bool,
@@ -322,8 +322,8 @@ pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<I
 /// Factor on the variance of the beginning above which a stretch moves more.
 const MORE_POWER: f64 = 1.1;
 
-/// As [`part`], but of a record that moves more later, as a swing that is driven ever harder, the stretch that moves most: the residual
-/// there is no smaller than elsewhere. The plant is already moving where it starts.
+/// Part of a record as [`part`] gives it; of a record that moves more later, as a swing that is driven ever harder, the stretch that moves most:
+/// the residual there is no smaller than elsewhere. The plant is already moving where it starts.
 pub(super) fn stretch(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
     let first_part = part(record, held, samples)?;
     let power = |output: &[f64]| {

@@ -31,12 +31,12 @@ const TIMES: usize = 64;
 #[derive(Clone, Debug)]
 pub(crate) struct OpenLoop {
     points: Vec<Point>,
-    /// At the crossover: ln s, its slope over ln ω, G with the hold, and the slope of its logarithm.
+    /// Values at the crossover: ln s, its slope over ln ω, G with the hold, and the slope of its logarithm.
     pub(crate) crossover: (Complex<f64>, Complex<f64>, Complex<f64>, Complex<f64>),
     pub(crate) omega: f64,
     nyquist: Nyquist,
     twin: Option<Twin>,
-    /// Of the plant as it would be followed from 0 on, with the sign that its controller has.
+    /// Phase of the plant at rest, as it would be followed from 0 on, with the sign that its controller has.
     phase_at_rest: f64,
     sign: f64,
     /// Weights of Re T on the grid that make y at each of the times.
@@ -357,7 +357,7 @@ impl OpenLoop {
         }
     }
 
-    /// Of a stable loop; infinite as soon as it is known to be no less than `most`.
+    /// Overshoot spread of a stable loop; infinite as soon as it is known to be no less than `most`.
     pub(crate) fn overshoot_spread(&self, open: &[Complex<f64>], most: f64) -> f64 {
         let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
         // The ends first: there it is lowest and highest.

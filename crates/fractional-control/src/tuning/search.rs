@@ -177,7 +177,7 @@ fn directions(free: [bool; 3]) -> impl Iterator<Item = [f64; 3]> {
 }
 
 impl<'a> Search<'a> {
-    /// Of wishes that can be had together.
+    /// Search for wishes that can be had together.
     fn new(
         plant: &Plant,
         sampling: Option<Sampling>,
@@ -421,7 +421,7 @@ pub(super) struct Equations {
     /// ln s, and its slope over ln ω.
     ln_s: Complex<f64>,
     slope_s: Complex<f64>,
-    /// Of the plant, over ln ω, rad.
+    /// Slope of the plant's phase over ln ω, rad.
     phase_slope: f64,
     /// `C(s_c)` that crossover and margin ask for.
     target: Complex<f64>,

@@ -4,7 +4,7 @@ use fractional_control::autoregression::Autoregression;
 use nalgebra::{DMatrix, DVector};
 use testkit::{Random, assert_close};
 
-/// Of `x_n = a·x_(n−1) + b·x_(n−2) + e_n` with var e = 1, by its closed form.
+/// Covariance of `x_n = a·x_(n−1) + b·x_(n−2) + e_n` with var e = 1, by its closed form.
 fn covariance(a: f64, b: f64, samples: usize) -> DMatrix<f64> {
     let first = a / (1.0 - b);
     let variance = 1.0 / (1.0 - a * first - b * (a * first + b));

@@ -62,7 +62,7 @@ fn a_record_that_grows_far_gives_both_of_its_poles_back() {
     }
 }
 
-/// With the slower pole in the noise the function without it is the better one.
+/// The function without the slower pole is the better one while that pole is in the noise.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_simpler_function_wins_where_noise_hides_the_rest() {

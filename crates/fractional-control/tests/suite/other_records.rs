@@ -62,7 +62,7 @@ impl Case {
         });
     }
 
-    /// In units of the sample time: of five plants one is static or adds up.
+    /// Case in units of the sample time: of five plants one is static or adds up.
     fn drawn(number: u64, random: &mut Random) -> Self {
         let samples = random.one_of(&[120, 200, 400]);
         // As long as three time constants at least.

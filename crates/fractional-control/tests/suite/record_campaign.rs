@@ -391,7 +391,7 @@ fn by_the_truth(case: &Case, record: &InputOutput) -> f64 {
 /// A gain, a time constant, a dead time, and two to start from.
 const NUMBERS: f64 = 5.0;
 
-/// Of 300 records 285 are found, of the next 300 290; by a fit that is told the function 585 of the 600. The interval says of 546 that they are
+/// Counts: 285 of 300 records are found, of the next 300 290; by a fit that knows the function 585 of the 600. The interval says of 546 that they are
 /// determined, and 542 of these are right. Most that miss are integrators in a loop of little gain, whose records do not tell.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]

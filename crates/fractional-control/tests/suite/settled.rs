@@ -91,7 +91,7 @@ fn the_command_goes_on_where_an_integral_keeps_it() {
     }
 }
 
-/// Without an integral the bias fades in a second.
+/// The bias fades in a second without an integral.
 #[test]
 fn without_an_integral_the_command_fades_into_that_of_the_parts() {
     let mut station = Station::new(pid::<f64>("2+0.5s^0.5", SetPoint::DEFAULT, Rule::Bdf2));

@@ -73,7 +73,7 @@ pub(crate) struct Bench {
     pub(crate) handle: Handle,
     pub(crate) host: Conversation,
     pub(crate) time_us: u64,
-    /// By the host's own clock.
+    /// Time by the host's own clock.
     host_us: u64,
     /// Time from call to call, µs.
     pub(crate) apart_us: u64,
@@ -138,7 +138,7 @@ impl Bench {
         bench
     }
 
-    /// On a connection of its own, whatever faults there were.
+    /// Arms on a connection of its own, whatever faults there were.
     pub(crate) fn arm(&mut self) {
         self.host.set_keep_alive(None);
         self.hellos += 1;
@@ -271,7 +271,7 @@ impl Bench {
         self.fades_by(|bench| drop(bench.step()));
     }
 
-    /// As [`fades`](Self::fades), with calls of this kind.
+    /// Asserts the same as [`fades`](Self::fades), with calls of this kind.
     pub(crate) fn fades_by(&mut self, mut call: impl FnMut(&mut Self)) {
         let mut before = self.norm_n();
         for _ in 0..STOP_TICKS {

@@ -54,7 +54,7 @@ fn attack(bench: &mut Bench, enemy: Enemy, random: &mut Random) {
     }
 }
 
-/// As often as it takes for so many ticks.
+/// Runs as many episodes as it takes for so many ticks.
 fn campaign(ticks_most: u64) {
     let mut random = Random(58);
     let mut bench = Bench::running(&description(3));

@@ -22,7 +22,7 @@ haptic_loop::enumerated! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum CountingSense {
-    /// With the clock, 0 on the wire.
+    /// Sense of the clock, 0 on the wire.
     Clockwise = 0,
     /// Against it, 1.
     CounterClockwise = 1,

@@ -30,7 +30,7 @@ impl<S> InTime<S> {
         }
     }
 
-    /// From now on it is the stream alone, with whatever its reads say.
+    /// Makes it the stream alone from now on, with whatever its reads say.
     pub(super) fn no_longer_limited(&mut self) {
         self.is_late = None;
     }

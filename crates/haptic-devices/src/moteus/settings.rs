@@ -30,7 +30,7 @@ struct Setting {
     most: f64,
 }
 
-/// In the order of [`MoteusSettings::values`].
+/// Settings in the order of [`MoteusSettings::values`].
 const SETTINGS: [Setting; 5] = [
     setting("id", "", 1.0, 126.0),
     setting("radius", "m", 1e-3, 1.0),

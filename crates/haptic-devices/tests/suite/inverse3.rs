@@ -36,7 +36,7 @@ type Harm = Box<dyn FnMut(&mut Vec<u8>) + Send>;
 struct World {
     connection: Connection,
     now_us: u64,
-    /// From a message to its answer, µs.
+    /// Time from a message to its answer, µs.
     round_trip_us: u64,
     to_host: VecDeque<(u64, u8)>,
     harm: Option<Harm>,

@@ -73,7 +73,7 @@ parameters! {
     TRIAL_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run");
 }
 
-/// Of a piece of tissue: what it is, and how it is pressed.
+/// Keys of a piece of tissue: what it is, and how it is pressed.
 pub const PIECE: &[Parameter] = &[
     TISSUE,
     LIBRARY,
@@ -137,7 +137,7 @@ parameters! {
         "Device file from `device measure`; on a rig only the guard uses it");
 }
 
-/// Of every experiment on a device.
+/// Keys of every experiment on a device.
 pub const ON_DEVICE: &[Parameter] = &[DEVICE, LOOP, WATCHDOG, LATE_TICKS, MAX_AGE_TICKS];
 
 parameters! {
@@ -171,7 +171,7 @@ parameters! {
     CURRENT_LAG = number("current_lag_s", 0.0, "0", DEVICE_TIMES, "Time constant of the actuator's current");
 }
 
-/// Of a simulated or emulated force sensor.
+/// Keys of a simulated or emulated force sensor.
 pub const FORCE_SENSOR: &[Parameter] = &[
     SENSED_RANGE,
     SENSED_NOISE,
@@ -180,7 +180,7 @@ pub const FORCE_SENSOR: &[Parameter] = &[
     SENSED_SEED,
 ];
 
-/// Of a simulated device that is less than ideal.
+/// Keys of a simulated device that is less than ideal.
 pub const LESS_THAN_IDEAL: &[Parameter] = &[
     DELAY,
     FRICTION,

@@ -1,4 +1,4 @@
-//! Of controller files and plant files.
+//! Keys of controller files and plant files.
 
 use super::common::{
     CURRENT_LAG, DAMPING, DELAY, ENCODER_RESOLUTION, FRICTION, HAND_STIFFNESS, MASS, SENSOR_NOISE,
@@ -72,7 +72,7 @@ parameters! {
     DEAD_TIME = number("delay_s", 0.0, "0", DEAD_TIMES, "Dead time");
 }
 
-/// Of `[pid]`.
+/// Keys of `[pid]`.
 pub const PID: &[Parameter] = &[
     PROPORTIONAL_GAIN,
     INTEGRAL_GAIN,
@@ -82,7 +82,7 @@ pub const PID: &[Parameter] = &[
     SET_POINT_WEIGHT,
     DERIVATIVE_SET_POINT_WEIGHT,
 ];
-/// Of `[tid]`.
+/// Keys of `[tid]`.
 pub const TID: &[Parameter] = &[
     TILT_GAIN,
     TILT_DIVISOR,
@@ -90,13 +90,13 @@ pub const TID: &[Parameter] = &[
     TID_DERIVATIVE_GAIN,
     DERIVATIVE_SET_POINT_WEIGHT,
 ];
-/// Of `[crone]`.
+/// Keys of `[crone]`.
 pub const CRONE: &[Parameter] = &[CRONE_GAIN, SHAPED_ORDER, CRONE_LOW, CRONE_HIGH];
-/// Of `[lead_lag]`.
+/// Keys of `[lead_lag]`.
 pub const LEAD_LAG: &[Parameter] = &[LEAD_GAIN, SHAPED_ORDER, LEAD_LAMBDA, LEAD_X];
-/// Of `[transfer_function]` in a controller file.
+/// Keys of `[transfer_function]` in a controller file.
 pub const TRANSFER_CONTROLLER: &[Parameter] = &[FUNCTION];
-/// Of `[loop]` in a controller file.
+/// Keys of `[loop]` in a controller file.
 pub const CONTROLLER_LOOP: &[Parameter] = &[
     CONTROLLER_SAMPLE_TIME,
     CONTROLLER_SCHEME,
@@ -105,12 +105,12 @@ pub const CONTROLLER_LOOP: &[Parameter] = &[
     OUTPUT_HIGH,
     FADE_TIME,
 ];
-/// Of `[source]` in a controller file.
+/// Keys of `[source]` in a controller file.
 pub const CONTROLLER_SOURCE: &[Parameter] =
     &[SOURCE_PLANT, SOURCE_WISHES, SOURCE_PROGRAM, SOURCE_NOTE];
-/// Of `[transfer_function]` in a plant file.
+/// Keys of `[transfer_function]` in a plant file.
 pub const TRANSFER_PLANT: &[Parameter] = &[FUNCTION, DEAD_TIME];
-/// Of `[device]` in a plant file.
+/// Keys of `[device]` in a plant file.
 pub const DEVICE_PLANT: &[Parameter] = &[
     MASS,
     DAMPING,
@@ -121,7 +121,7 @@ pub const DEVICE_PLANT: &[Parameter] = &[
     ENCODER_RESOLUTION,
     SENSOR_NOISE,
 ];
-/// Of `[state_space]` in a plant file.
+/// Keys of `[state_space]` in a plant file.
 pub const STATE_PLANT: &[Parameter] = &[
     STATE_A,
     STATE_B,
@@ -131,7 +131,7 @@ pub const STATE_PLANT: &[Parameter] = &[
     DEAD_TIME,
     CURRENT_LAG,
 ];
-/// Of `[measured_response]` in a plant file.
+/// Keys of `[measured_response]` in a plant file.
 pub const MEASURED_PLANT: &[Parameter] = &[RESPONSE_FILE];
-/// Of `[source]` in a plant file.
+/// Keys of `[source]` in a plant file.
 pub const PLANT_SOURCE: &[Parameter] = &[SOURCE_PROGRAM, SOURCE_NOTE];

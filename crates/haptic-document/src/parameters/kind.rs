@@ -219,7 +219,7 @@ impl Parameter {
     }
 }
 
-/// As a sentence names it, see [`Key`].
+/// Shows a parameter as a sentence names it, see [`Key`].
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         Key(self.key).fmt(f)

@@ -76,7 +76,7 @@ impl Range {
     }
 }
 
-/// As in `from 0 to 1000`, or `above 0 and at most 1000`.
+/// Shows a range, as in `from 0 to 1000`, or `above 0 and at most 1000`.
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Self::Within(low, high) | Self::AboveUpTo(low, high) | Self::ZeroOr(low, high)) =

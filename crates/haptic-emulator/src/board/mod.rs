@@ -85,7 +85,7 @@ pub struct Emulation {
     pub faults: LineFaults,
     /// Seed of the faults: the same gives the same faults for the same frames.
     pub seed: u64,
-    /// For how long; `None` until stopped.
+    /// Time for which it runs; `None` until stopped.
     pub duration: Option<Duration>,
 }
 

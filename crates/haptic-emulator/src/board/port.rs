@@ -21,10 +21,10 @@ pub enum PortKind {
 /// A port that a host can open. Its name goes with it.
 #[derive(Debug)]
 pub enum BoardPort {
-    /// As [`PortKind::Terminal`].
+    /// Pseudo-terminal, see [`PortKind::Terminal`].
     #[cfg(unix)]
     Terminal(Terminal),
-    /// As [`PortKind::Address`].
+    /// TCP address, see [`PortKind::Address`].
     Address(TcpListening),
 }
 

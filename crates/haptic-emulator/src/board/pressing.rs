@@ -18,9 +18,9 @@ type PlantOfRun = <SimulatedPlant as Hardware>::Setup;
 #[derive(Clone, Debug)]
 pub(super) struct PressingBoard {
     specimen: PressedSpecimen,
-    /// In runs with a hand or an indenter of their own.
+    /// Device in runs with a hand or an indenter of their own.
     plant: SimulatedPlant,
-    /// In all others.
+    /// Device in all others.
     pressed: Option<PressedDevice>,
 }
 

@@ -166,7 +166,7 @@ impl Body {
         }
     }
 
-    /// On the way from home to a place, smoothly: half a cosine.
+    /// Place and velocity on the way from home to a place, smoothly: half a cosine.
     fn led(&self, to: Vector2<f64>, since_s: f64) -> (Vector2<f64>, Vector2<f64>) {
         if since_s >= LEAD_S {
             return (to, Vector2::zeros());

@@ -207,7 +207,7 @@ impl Unit {
     }
 }
 
-/// In single precision, as the service sends it.
+/// Vector in single precision, as the service sends it.
 fn xyz(vector: Vector3<f64>) -> Value {
     let [x, y, z] = vector.map(|axis| axis as f32).into();
     json!({"x": x, "y": y, "z": z})

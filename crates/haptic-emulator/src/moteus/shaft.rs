@@ -58,7 +58,7 @@ pub(super) struct Turning {
 }
 
 impl Turning {
-    /// At rest at 0.
+    /// Shaft at rest at 0.
     pub(super) fn new(shaft: Shaft) -> Result<Self, LoopParameterError> {
         let (inertia, damping) = (shaft.inertia_kg_m2, shaft.damping_n_m_s_per_rad);
         let (what, fits) = ("inertia of the shaft", (1e-9..=1e3).contains(&inertia));

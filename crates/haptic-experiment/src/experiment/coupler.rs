@@ -73,7 +73,7 @@ parameters! {
         "Fail unless trial, analysis and Llewellyn's criterion accept the coupler");
 }
 
-/// Of `[coupler]` that have to be given in a file.
+/// Keys of `[coupler]` that have to be given in a file.
 pub(crate) const COUPLER_REQUIRED: &[Parameter] = &[
     p::MASS,
     p::DAMPING,
@@ -83,7 +83,7 @@ pub(crate) const COUPLER_REQUIRED: &[Parameter] = &[
     COUPLER_SPRING,
 ];
 
-/// Of `[coupler]`, with defaults.
+/// Keys of `[coupler]` with defaults.
 pub(crate) const COUPLER: &[Parameter] = &joined::<22>(&[
     &[
         p::DEVICE_MODEL,

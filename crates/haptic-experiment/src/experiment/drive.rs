@@ -59,7 +59,7 @@ parameters! {
     CONTACT_DAMPING = number("contact_damping_n_s_per_m", 80.0, "80", DAMPINGS, "Damping of that contact, for the analysis");
 }
 
-/// Of `[drive]`: some are for `[relax]` and `[creep]` alone.
+/// Keys of `[drive]`: some are for `[relax]` and `[creep]` alone.
 pub(crate) const DRIVE: &[Parameter] = &[
     CONTROLLER,
     DRIVE_FORCE_LIMIT,

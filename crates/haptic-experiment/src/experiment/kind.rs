@@ -64,7 +64,7 @@ pub(crate) struct Conduct {
 }
 
 impl Conduct {
-    /// In virtual time, on this device.
+    /// Conduct in virtual time, on this device.
     pub(crate) const fn on(remote: Option<RemoteDevice>) -> Self {
         Self {
             pace: Pace::Virtual,

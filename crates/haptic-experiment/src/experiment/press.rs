@@ -81,7 +81,7 @@ parameters! {
     FRAME_STIFFNESS = optional("frame_stiffness_n_per_m", STIFFNESSES_ABOVE_0, "Stiffness of frame and handle, whose deflection is taken off the depth");
 }
 
-/// Of `[press]`.
+/// Keys of `[press]`.
 pub(crate) const PRESS: &[Parameter] = &joined::<34>(&[
     &[PROTOCOL, PRESS_DEPTH, PRESS_DEPTHS, PRESS_RAMP, PRESS_HOLD],
     &[PRESS_AMPLITUDE, PRESS_FREQUENCIES],

@@ -41,16 +41,16 @@ parameters! {
     PRECISION = text("precision", "f64", "Number type of the loop");
 }
 
-/// Of `[relax]`, beside [`RENDERING`].
+/// Keys of `[relax]`, beside [`RENDERING`].
 pub(crate) const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATION, p::CONTACT];
 
-/// Of `[creep]`, beside [`RENDERING`].
+/// Keys of `[creep]`, beside [`RENDERING`].
 pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CONTACT];
 
-/// Of the piece, beside its tissue: K, B and μ.
+/// Keys that replace numbers of the piece's tissue: K, B and μ.
 pub(crate) const CHANGES: &[Parameter] = &[PIECE_STIFFNESS, PIECE_DISSIPATION, PIECE_ORDER];
 
-/// Of the rendering: the tissue, and how it is rendered.
+/// Keys of the rendering: those of the tissue, and how it is rendered.
 pub(crate) const RENDERING: &[Parameter] = &joined::<28>(&[
     p::PIECE,
     CHANGES,

@@ -100,7 +100,7 @@ const WAY: Range = Range::Within(-1e4, 1e7);
 /// Mass on an axis that is not given, kg.
 pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
 
-/// Of `[touch]`.
+/// Keys of `[touch]`.
 pub(crate) const TOUCH: &[Parameter] = &joined::<45>(&[
     &[TOUCH_AXES, TOUCH_SHAPE, TOUCH_NORMAL, TOUCH_SURFACE],
     &[TOUCH_CENTRE, TOUCH_RADIUS],
@@ -148,7 +148,7 @@ pub(crate) struct TouchExperiment {
     pub must_be_passive: bool,
     /// Further settings of the safety chain.
     safety: Safety,
-    /// Of a device at a port, in whose hand the shape is then felt, or the simulated one.
+    /// Conduct of a device at a port, in whose hand the shape is then felt, or of the simulated one.
     conduct: Conduct,
 }
 

@@ -29,7 +29,7 @@ pub(crate) struct Beginning {
 }
 
 impl Beginning {
-    /// Of a run whose errors are looked for from this time on, s.
+    /// Beginning of a run whose errors are looked for from this time on, s.
     pub(crate) fn of(ran: &Ran, from_s: f64) -> Self {
         let start = ran.record.start;
         let within_s = match &ran.second {

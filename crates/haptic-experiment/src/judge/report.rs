@@ -177,7 +177,7 @@ pub(crate) fn closed_form_error(error: &Compared) -> Value {
 }
 
 impl RunReport {
-    /// Of a run on this device; what happened to it is added to the warnings.
+    /// Report of a run on this device; what happened to it is added to the warnings.
     pub(crate) fn new(
         ran: &Ran,
         device: String,

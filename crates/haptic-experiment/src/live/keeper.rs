@@ -42,7 +42,7 @@ pub struct Keeper<W: Watch> {
 }
 
 impl<W: Watch> Keeper<W> {
-    /// At the other end of this ring.
+    /// Keeper at the other end of this ring.
     pub const fn new(
         from_loop: Consumer<FromLoop>,
         tasks: Receiver<W::Task>,

@@ -132,7 +132,7 @@ pub struct SessionReport {
     pub samples: u64,
     /// Samples and events that are not in it.
     pub dropped_samples: u64,
-    /// From the first sample to the last, s.
+    /// Time from the first sample to the last, s.
     pub duration_s: f64,
     /// Why it ended before it was closed; null if it did not.
     pub ended_early: Option<String>,

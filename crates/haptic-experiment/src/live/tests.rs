@@ -414,7 +414,7 @@ fn many_trials_are_one_log_with_all_samples() {
     assert_eq!(events.len() as u64, 3 * trials);
 }
 
-/// From the end of one wall to the first tick of the next by the clock, the device armed all the time.
+/// Time from the end of one wall to the first tick of the next by the clock, the device armed all the time.
 #[test]
 #[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_the_next_wall_is_felt_within_100_ms() {

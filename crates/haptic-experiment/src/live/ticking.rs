@@ -108,7 +108,7 @@ pub struct Around {
 }
 
 impl Around {
-    /// Of a device that somebody else holds.
+    /// Values of a device that somebody else holds.
     pub(crate) const UNKNOWN: Self = Self {
         hand_m: f64::NAN,
         hand_force_n: 0.0,
@@ -142,9 +142,9 @@ pub struct LoopCounts {
 /// The ends of both rings that the loop has.
 #[derive(Debug)]
 pub struct LoopEnds {
-    /// From whoever gives orders.
+    /// Orders from whoever gives them.
     pub orders: Consumer<LoopOrder>,
-    /// To the keeper.
+    /// Messages to the keeper.
     pub out: Producer<FromLoop>,
 }
 

@@ -144,7 +144,7 @@ mod tests {
         words.all(|word| !is_unit(word) && shortened(word) != Some(true))
     }
 
-    /// As a person reads it.
+    /// Asserts that a default is shown as a person reads it.
     fn is_shown(key: &str, shown: &str, default: f64) {
         let number = parse_for_key(key, shown).expect("a quantity");
         let close = (number - default).abs() <= 1e-15 * default.abs();

@@ -82,7 +82,7 @@ const HALVINGS: usize = 5;
 /// Frequency at which the orders of a tissue or coupler are compared where none is given, Hz.
 pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
 
-/// Of `[design]`, beside the device of a question.
+/// Keys of `[design]`, beside those of the device of a question.
 pub(crate) const DESIGN: &[Parameter] = &joined::<19>(&[
     &[WISH, WISH_TISSUE, ANALYSED_CONTROLLER],
     UNNAMED_PIECE,
@@ -337,7 +337,7 @@ pub struct Candidate {
     /// Largest standard deviation of the force in the last 10 s of all its trials, N; null if it was not tried, or with ideal sensors.
     /// Steps of an encoder that the loop keeps alive make more of it than even noise does.
     pub tried_force_noise_rms_n: Option<f64>,
-    /// For a tissue or controller: factor by which specimen or gain may grow under the requirement; below 1 it is too
+    /// Factor by which the specimen of a tissue or the gain of a controller may grow under the requirement; below 1 it is too
     /// large.
     pub largest_scale: Option<f64>,
     /// Why it will not do.

@@ -164,7 +164,7 @@ pub(crate) struct Rate {
 }
 
 impl Rate {
-    /// Of what the runner did, which spun for `margin` before each cycle.
+    /// Verdict on a rate by what the runner did, which spun for `margin` before each cycle.
     fn of(hz: f64, runner: &Timing, margin: Duration) -> Self {
         let lateness_us = Microseconds::of(&runner.lateness_ns);
         let overruns = runner.overruns;

@@ -63,7 +63,7 @@ parameters! {
 /// Damping of the way out of a wall, of m/T: far below what a sampled damper bears.
 const RETREAT_DAMPING: f64 = 0.1;
 
-/// Of `[zwidth]`, beside the device of a question.
+/// Keys of `[zwidth]`, beside those of the device of a question.
 pub(crate) const ZWIDTH: &[Parameter] = &joined::<21>(&[
     &[
         ZWIDTH_ORDERS,
@@ -156,7 +156,7 @@ impl Growing {
 }
 
 impl ZWidth {
-    /// As it is really tried: a serial device cannot be thrown.
+    /// Plan of the trials as they are really tried: a serial device cannot be thrown.
     fn plan(&self) -> TrialPlan {
         match self.remote {
             Some(_) => self.plan.starting_at_rest(),
@@ -303,7 +303,7 @@ pub struct ZWidthReport {
     pub delta: f64,
     /// The operator of the walls, as documents write it.
     pub scheme: String,
-    /// By which rule walls were judged.
+    /// Rule by which walls were judged.
     pub(crate) criterion: Criterion,
     /// Speed at which the device hit them, m/s.
     pub impact_m_per_s: f64,
@@ -392,7 +392,7 @@ pub struct BoundaryPoint {
     /// device file is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated_without_friction_n_per_m: Option<f64>,
-    /// Of a specimen.
+    /// Scales of a specimen.
     #[serde(skip)]
     pub(super) scales: Option<Scales>,
 }

@@ -15,9 +15,9 @@ const EVERY_S: f64 = 1.0;
 /// Parts of a tick, ns.
 #[derive(Debug)]
 pub(crate) struct TickParts {
-    /// From when it was due to when it began.
+    /// Time from when it was due to when it began.
     pub lateness_ns: u64,
-    /// From there until the force was written and the history kept.
+    /// Time from there until the force was written and the history kept.
     pub compute_ns: u64,
 }
 

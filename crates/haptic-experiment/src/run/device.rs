@@ -31,7 +31,7 @@ pub struct DeviceName(pub(crate) Option<LinkedName>);
 pub(crate) enum LinkedName {
     /// `serial:PATH[@BAUD]`, `serial:usb:NUMBER` or `tcp:HOST:PORT`: it speaks the protocol of this program.
     Serial(SerialName),
-    /// Of another maker: this program serves it.
+    /// Device of another maker: this program serves it.
     Foreign(ForeignName),
 }
 
@@ -261,7 +261,7 @@ impl LinkedName {
         }
     }
 
-    /// As [`DeviceName::connect_all`].
+    /// Connects to all axes, as [`DeviceName::connect_all`] does.
     pub(crate) fn connect_all(
         &self,
         axes: Option<usize>,

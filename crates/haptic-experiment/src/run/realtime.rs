@@ -43,7 +43,7 @@ pub(crate) struct RealtimeSummary {
     pub pin: Option<usize>,
     /// True if the memory was locked.
     pub memory_locked: bool,
-    /// For how long before it was due a tick was waited for without sleeping, µs.
+    /// Time before it was due for which a tick was waited for without sleeping, µs.
     pub spin_margin_us: f64,
     /// Time from when a tick was due to when it began.
     pub lateness_us: Microseconds,
@@ -64,7 +64,7 @@ pub(crate) struct RealtimeSummary {
 pub(crate) struct WorstTick {
     /// Its number in the log.
     pub number: u64,
-    /// From when it was due to when it began, µs.
+    /// Time from when it was due to when it began, µs.
     pub lateness_us: f64,
     /// Time from its beginning to its end, µs.
     pub compute_us: f64,
@@ -81,7 +81,7 @@ impl From<WorstCycle> for WorstTick {
 }
 
 impl RealtimeSummary {
-    /// Of what a loop measured in a thread.
+    /// Summary of what a loop measured in a thread.
     pub(crate) fn of(timing: &Timing, thread: &RaisedThread, spin_margin: Duration) -> Self {
         let overruns = timing.overruns;
         Self {
@@ -99,7 +99,7 @@ impl RealtimeSummary {
         }
     }
 
-    /// For the log: the numbers, and the histograms.
+    /// Metadata for the log: the numbers, and the histograms.
     pub(crate) fn metadata(&self, timing: &Timing) -> BTreeMap<String, String> {
         let mut values = flat(self, "", "_");
         for (name, histogram) in [

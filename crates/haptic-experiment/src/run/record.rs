@@ -230,7 +230,8 @@ impl Record {
         self.farthest_m = self.farthest_m.max(sample.position_m);
     }
 
-    /// From where a full history has to be summed: the first tick at which the device was engaged, not that from which the run counts.
+    /// Samples and ticks before the run, from where a full history has to be summed: the first tick at which the device was engaged, not that from
+    /// which the run counts.
     pub(crate) fn before(&self) -> Before<'_> {
         Before {
             samples: &self.approach,

@@ -36,7 +36,7 @@ pub struct Recorder {
     path: PathBuf,
     fault_log: PathBuf,
     overwrite: bool,
-    /// Of the run, for the log of a fault.
+    /// Metadata of the run, for the log of a fault.
     experiment: BTreeMap<String, String>,
     started: Option<StartTime>,
 }
@@ -179,7 +179,7 @@ impl Recorder {
         &self.flight
     }
 
-    /// Of a fault, what follows it is kept too: whether that is done, or there was none.
+    /// True if what follows a fault has been kept too, or there was no fault.
     pub(crate) fn has_aftermath(&self) -> bool {
         self.flight.fault().is_none() || self.flight.is_full()
     }

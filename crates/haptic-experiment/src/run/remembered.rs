@@ -51,7 +51,7 @@ pub struct Remembered {
 struct Kept {
     board: String,
     turn: u64,
-    /// With the tick for which they were set.
+    /// Configuration with the tick for which it was set.
     set: Configuration,
 }
 

@@ -81,7 +81,7 @@ impl RemoteDevice {
         Calibration::in_words(self.calibration.as_ref())
     }
 
-    /// With the defaults: the device's loop, 500 ms of silence, 20 late ticks, no patience.
+    /// Device with the defaults: the device's loop, 500 ms of silence, 20 late ticks, no patience.
     pub(crate) fn new(name: LinkedName) -> Self {
         Self {
             name,

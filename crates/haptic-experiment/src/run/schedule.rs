@@ -8,7 +8,7 @@ use std::time::Duration;
 /// The pace of a run: as fast as it can be computed, or by the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// As fast as the machine goes.
+    /// Virtual time, as fast as the machine goes.
     Virtual,
     /// One tick each sample time, by the clock.
     Realtime(RealtimeOptions),

@@ -131,7 +131,7 @@ fn a_contact_without_meaning_is_refused_in_a_line() {
     assert_says(&error, "would push anywhere");
 }
 
-/// Without damping of its own a device throws every one-sided wall off; the design of a linear one keeps a gain margin of 1.1.
+/// A device without damping of its own throws every one-sided wall off; the design of a linear one keeps a gain margin of 1.1.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_design_takes_a_one_sided_wall_only_if_it_settles_after_each_hit() {

@@ -68,7 +68,7 @@ pub fn export_csv(
     Ok(summary)
 }
 
-/// As [`export_csv`], into any sink; `name` is its name in messages.
+/// Exports as [`export_csv`] does, into any sink; `name` is its name in messages.
 ///
 /// # Errors
 /// If the log cannot be read, or the sink fails.

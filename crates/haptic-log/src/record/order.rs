@@ -9,7 +9,7 @@ const HELD_MOST: usize = 1 << 16;
 
 #[derive(Debug, Default)]
 pub(super) struct InOrder {
-    /// By their tick, or the one that they stand behind; those of one tick as they came.
+    /// Entries by their tick, or the one that they stand behind; those of one tick as they came.
     held: BTreeMap<(u64, u64), Entry>,
     came: u64,
     /// The tick that is next, and the highest one that came.

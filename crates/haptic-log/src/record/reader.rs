@@ -30,7 +30,7 @@ const RECORD_LIMIT: usize = 1 << 25;
 const UNPACKED_MOST: u64 = 1 << 30;
 const UNPACKED_TIMES: u64 = 64;
 const NO_KIND: &str = "there is a record of no kind";
-/// At most this much is asked of the file at a time, so a wrong length cannot ask for more.
+/// Most bytes that are asked of the file at a time, so a wrong length cannot ask for more.
 const READ_BYTES: usize = 1 << 16;
 
 /// One thing in a log.
@@ -158,7 +158,7 @@ pub struct LogReader<R> {
     /// Entries to give out next; messages with log time and device time, ns.
     ready: VecDeque<(Option<(u64, u64)>, Entry)>,
     condition: Condition,
-    /// Of all ticks, as of the first.
+    /// Number of axes of all ticks, as of the first.
     pub(super) axes: Option<usize>,
     /// Log time and device time of the newest message given out, ns.
     newest: Option<(u64, u64)>,
@@ -169,7 +169,7 @@ pub struct LogReader<R> {
 /// The messages of our topics.
 #[derive(Clone, Debug)]
 enum Kind {
-    /// In one of these layouts.
+    /// Ticks in one of these layouts.
     Tick(fn(TickMessage) -> Entry, Vec<Layout<TickSlot>>),
     Event(Layout<usize>),
 }

@@ -65,7 +65,7 @@ impl StartTime {
         self.at_ns
     }
 
-    /// As RFC 3339 in UTC, to the nanosecond: `2026-11-20T12:31:49.000000000Z`.
+    /// Time as RFC 3339 in UTC, to the nanosecond: `2026-11-20T12:31:49.000000000Z`.
     #[must_use]
     pub fn rfc3339(self) -> String {
         // Until the year 2262.

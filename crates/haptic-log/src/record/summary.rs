@@ -250,7 +250,7 @@ pub(super) fn out_of_order(ticks: u64) -> String {
     format!("{ticks} ticks come twice, or too late to be sorted")
 }
 
-/// In how many ticks, and why.
+/// Number of stale ticks in words, and the reasons.
 fn stale(summary: &LogSummary) -> String {
     let flaws = &summary.flaws;
     let parts = [
@@ -337,9 +337,9 @@ pub struct Skimmed {
     pub metadata: Vec<MetadataRecord>,
     /// Ticks; `None` without an index of them.
     pub samples: Option<u64>,
-    /// From the first tick to the last, s.
+    /// Time from the first tick to the last, s.
     pub duration_s: Option<f64>,
-    /// As far as it was read, the log was finished by its writer and no part of it is damaged.
+    /// True if, as far as it was read, the log was finished by its writer and no part of it is damaged.
     pub complete: bool,
 }
 

@@ -112,7 +112,7 @@ impl Topic {
         })
     }
 
-    /// As [`write_csv`](Self::write_csv), into the new file `target`.
+    /// Writes rows as [`write_csv`](Self::write_csv) does, into the new file `target`.
     ///
     /// # Errors
     /// If the target exists without `overwrite` or cannot be written.

@@ -39,7 +39,7 @@ enum Decoder {
 }
 
 impl Decoder {
-    /// By the encoding of the messages, and by that of their definition; else why they are not read.
+    /// Decoder by the encoding of the messages, and by that of their definition; else the reason why they are not read.
     fn of(encoding: &str, (language, definition): &(String, String)) -> Result<Self, String> {
         let encoding = match (encoding, language.as_str()) {
             ("json", _) => return Ok(Self::Json),
@@ -156,10 +156,10 @@ impl Topics {
 /// The messages of a topic.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
-    /// Of the first message, read or not: time counts from there.
+    /// Log time of the first message, read or not: time counts from there.
     first_ns: Option<u64>,
     log_times_ns: Vec<u64>,
-    /// By which who wrote them counts them; all 0 where nobody does.
+    /// Numbers by which the writer of the messages counts them; all 0 where nobody does.
     numbers: Vec<u32>,
     pub(super) columns: Vec<(String, Vec<f64>)>,
     places: HashMap<String, usize>,
@@ -201,7 +201,7 @@ impl Rows {
         }
     }
 
-    /// For a person who has to choose.
+    /// Words for a person who has to choose.
     pub(super) fn describe(&self, topic: &str) -> String {
         const NAMED: usize = 8;
         let columns = self.columns();

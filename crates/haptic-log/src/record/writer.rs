@@ -88,7 +88,7 @@ pub struct LogWriter<W: Write + Seek> {
     path: PathBuf,
     /// The file to publish; `None` when the sink is not ours.
     new_file: Option<NewFile>,
-    /// Of a log that is brought to the disk as it grows.
+    /// Syncer of a log that is brought to the disk as it grows.
     syncer: Option<Syncer>,
     buffer: Vec<u8>,
     /// Index of the 100 ms interval of the open chunk.
@@ -99,7 +99,7 @@ pub struct LogWriter<W: Write + Seek> {
     samples_safe: u64,
     driven: u64,
     events: u32,
-    /// Of the ticks, as their channel was announced with the first.
+    /// Number of axes of the ticks, as their channel was announced with the first.
     axes: Option<usize>,
     failed: bool,
 }
@@ -172,7 +172,7 @@ impl<W: Write + Seek> LogWriter<W> {
         self.metadata(CLOCK, start.metadata())
     }
 
-    /// As [`starts_at`](Self::starts_at), for a copy that already has the metadata.
+    /// Dates what follows as [`starts_at`](Self::starts_at) does, for a copy that already has the metadata.
     pub(super) const fn dated(&mut self, start: StartTime) {
         self.start_ns = start.since_1970_ns();
     }
@@ -327,7 +327,7 @@ impl LogWriter<BufWriter<File>> {
         Self::create_with(path, Leftover::Keep, false, None)
     }
 
-    /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and
+    /// Starts a log as [`create`](Self::create) does, with a choice of what happens to an unfinished file, and
     /// whether the finished one may replace another; it is synced to disk at an interval, if one is
     /// given.
     ///

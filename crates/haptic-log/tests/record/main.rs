@@ -125,7 +125,7 @@ fn end(planned_samples: u64, made_samples: u64) -> RunEnd {
     }
 }
 
-/// Of this file alone.
+/// Entries of this file alone.
 fn entries_of(path: &Path) -> Vec<Entry> {
     let entries = LogReader::open(path).expect("opens");
     entries.collect::<Result<_, _>>().expect("reads")
@@ -223,7 +223,7 @@ fn missing_ticks_are_found_by_their_numbers() {
     }
 }
 
-/// Of a run that made 1000 of 2000; what is saved of it lacks the same.
+/// Run that made 1000 of 2000 ticks; what is saved of it lacks the same.
 #[test]
 fn ticks_missing_before_the_first_and_after_the_last_are_counted() {
     let folder = Folder::empty();

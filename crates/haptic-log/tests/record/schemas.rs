@@ -74,7 +74,7 @@ fn log_of(messages: impl IntoIterator<Item = Vec<u8>>) -> Vec<u8> {
     closed(log)
 }
 
-/// As text, in which NaN equals NaN.
+/// Ticks as text, in which NaN equals NaN.
 fn shown(ticks: &[TickMessage]) -> Vec<String> {
     ticks.iter().map(|tick| format!("{tick:?}")).collect()
 }

@@ -110,7 +110,7 @@ pub(super) struct Profile<F> {
     variance: Form<F>,
     /// (1/4ρb)·∫a² over a sample, of f and r.
     whole_cost: Form<F>,
-    /// As `whole_cost`, over the last hT of a sample.
+    /// Cost as in `whole_cost`, over the last hT of a sample.
     late_cost: Form<F>,
     /// (1/4ρb)·∫a² from a command f on, all later ones being zero, of f and a.
     command_cost: Form<F>,

@@ -23,7 +23,7 @@ pub struct Axes<const D: usize> {
 }
 
 impl<const D: usize> Axes<D> {
-    /// At rest at 0.
+    /// Axes at rest at 0.
     ///
     /// # Errors
     /// A parameter outside its range, sample times that differ.

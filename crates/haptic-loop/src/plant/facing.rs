@@ -100,9 +100,9 @@ const LAG: [usize; 2] = [4, 5];
 const FORCE: [usize; 2] = [6, 7];
 const STATES: usize = 8;
 
-/// Of the longest piece, the logarithm of its units.
+/// Logarithm of the units of the longest piece.
 const LONGEST: usize = 17;
-/// Of the fastest motion in contact, rad, in a piece.
+/// Turn of the fastest motion in contact in a piece, rad.
 const TURN: f64 = 0.2;
 /// Rounds in which three frictions agree.
 const ROUNDS: usize = 50;
@@ -150,7 +150,7 @@ impl FacingConfig {
         transition(&generator, &scale, duration.0)
     }
 
-    /// Of the fastest motion of the contact, rad/s.
+    /// Rate of the fastest motion of the contact, rad/s.
     fn rate(&self) -> f64 {
         let [first, second] = self.devices;
         let lightness = 1.0 / first.mass.0 + 1.0 / second.mass.0;
@@ -353,7 +353,7 @@ fn friction(
     velocities: [f64; 2],
     mobility: impl Fn(usize, usize) -> f64,
 ) -> [f64; 2] {
-    /// On the renderer, on the indenter, and of the one on the other.
+    /// Directions of the frictions: on the renderer, on the indenter, and of the one on the other.
     const ALONG: [[f64; 2]; 3] = [[1.0, 0.0], [0.0, 1.0], [1.0, -1.0]];
     let (mut forces, mut frictions, mut velocities) = ([0.0; 2], [0.0; 3], velocities);
     for _ in 0..ROUNDS {

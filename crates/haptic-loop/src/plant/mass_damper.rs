@@ -22,7 +22,7 @@ pub struct MassDamperConfig {
     pub stiffness: NewtonsPerMetre,
     /// Fc ≥ 0, Coulomb friction per axis. With it k·T²/m must not exceed 1.
     pub friction: Newtons,
-    /// From a write to the force acting, 0 to [`MAX_DELAY_SAMPLES`]
+    /// Time from a write to the force acting, 0 to [`MAX_DELAY_SAMPLES`]
     /// sample times, not necessarily whole.
     pub delay: Seconds,
     /// Largest magnitude of the actuator's force, > 0, per axis.
@@ -256,7 +256,7 @@ impl<F: Real, const D: usize> Device<F, D> for MassDamper<D> {
 /// The motion of one axis over a fixed time, the commanded and external force being constant.
 #[derive(Clone, Debug)]
 struct Step {
-    /// Of the state x, v, e = a - u, held force u + w + r.
+    /// Transition of the state x, v, e = a - u, held force u + w + r.
     transition: Matrix4<f64>,
     stiffness: f64,
     friction: f64,

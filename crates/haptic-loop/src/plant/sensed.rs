@@ -56,7 +56,7 @@ impl<V> Sensed<V> {
         })
     }
 
-    /// With a force sensor too, or without one.
+    /// Device with a force sensor too, or without one.
     #[must_use]
     pub fn with_force_sensor(self, force_sensor: Option<ForceSensor>) -> Self {
         Self {

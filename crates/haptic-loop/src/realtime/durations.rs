@@ -2,7 +2,7 @@
 
 use histogram::{Config, Histogram};
 
-/// From 1 to 2³⁷ of a unit, 137 s in ns, in steps of at most 1/1024 of a duration.
+/// Range from 1 to 2³⁷ of a unit, 137 s in ns, in steps of at most 1/1024 of a duration.
 const CONFIG: Config = match Config::new(10, 37) {
     Ok(config) => config,
     Err(_) => panic!("powers that the histogram can have"),

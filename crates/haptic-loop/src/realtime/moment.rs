@@ -72,7 +72,7 @@ mod tests {
         first.parse().expect("a number")
     }
 
-    /// In a namespace of time whose machine has slept for an hour.
+    /// Runs in a namespace of time whose machine has slept for an hour.
     #[test]
     fn the_time_for_which_a_machine_slept_counts() {
         let test_name = "realtime::moment::tests::the_time_for_which_a_machine_slept_counts";

@@ -64,7 +64,7 @@ impl PeriodicConfig {
 pub struct Cycle {
     /// Number of cycles that ran before it.
     pub number: u64,
-    /// From when it was due to now.
+    /// Time from when it was due to now.
     pub lateness: Duration,
     /// Whole periods that passed since it was due: they have no cycle.
     pub skipped: u64,
@@ -103,7 +103,7 @@ impl Periodic {
 }
 
 impl<W: Waiter> Periodic<W> {
-    /// As [`new`](Periodic::new), with another clock.
+    /// Loop like that of [`new`](Periodic::new), with another clock.
     ///
     /// # Errors
     /// A period outside 10 µs to 1000 s.

@@ -7,11 +7,11 @@ use std::time::Duration;
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Timing {
-    /// From when a cycle was due to when it began, ns.
+    /// Times from when a cycle was due to when it began, ns.
     pub lateness_ns: Durations,
-    /// From the beginning of a cycle to its end, ns.
+    /// Times from the beginning of a cycle to its end, ns.
     pub compute_ns: Durations,
-    /// From when a cycle was due to its end, ns.
+    /// Times from when a cycle was due to its end, ns.
     pub tick_ns: Durations,
     /// Cycles that began a period late or more, by their cause.
     pub overruns: Overruns,
@@ -43,9 +43,9 @@ impl Overruns {
 pub struct WorstCycle {
     /// Number of cycles that ran before it.
     pub number: u64,
-    /// From when it was due to when it began.
+    /// Time from when it was due to when it began.
     pub lateness: Duration,
-    /// From there to its end.
+    /// Time from there to its end.
     pub compute: Duration,
 }
 
@@ -77,7 +77,7 @@ impl Timing {
 }
 
 impl WorstCycle {
-    /// From when it was due to its end.
+    /// Time from when it was due to its end.
     #[must_use]
     pub fn tick(&self) -> Duration {
         self.lateness + self.compute

@@ -25,8 +25,8 @@ pub struct SafetyLimits {
     /// Largest magnitude of a wanted force with which [`may_start`](crate::Controller::may_start) lets a
     /// device be armed, above 0. *Default* 1 N: felt, but moves no hand.
     pub start_force: Option<Newtons>,
-    /// From start or [`clear`](crate::SafetyState::clear) the share of the wanted force that is used rises from
-    /// 0 to 1 in this time, above 0. *Default* 0.5 s: whoever lets go within 0.2 s has met less than half.
+    /// Time in which the share of the wanted force that is used rises from 0 to 1, from start or
+    /// [`clear`](crate::SafetyState::clear), above 0. *Default* 0.5 s: whoever lets go within 0.2 s has met less than half.
     pub rise_time: Option<Seconds>,
     /// The range in which the device may move, the same on each axis. *Default* off.
     pub workspace: Option<Workspace>,
@@ -336,7 +336,7 @@ pub struct Workspace {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedLimit {
-    /// From here on the motion is braked, at least 0.
+    /// Speed from which on the motion is braked, at least 0.
     pub soft: MetresPerSecond,
     /// Latches the fault, above `soft`.
     pub hard: MetresPerSecond,

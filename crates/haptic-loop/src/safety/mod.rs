@@ -114,7 +114,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.guard.let_go();
     }
 
-    /// From the next tick the wanted force is zero, until [`clear`](Self::clear).
+    /// Makes the wanted force zero from the next tick, until [`clear`](Self::clear).
     pub fn stop(&mut self) {
         self.stopping = true;
     }

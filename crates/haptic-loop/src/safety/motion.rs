@@ -14,7 +14,7 @@ pub(super) struct MotionLimits<F> {
     /// 1 − e^(−ωT), ω the bandwidth.
     follow: F,
     workspace: Option<Ends<F>>,
-    /// Of several axes, over `workspace`.
+    /// Ends for each of several axes, in place of `workspace`.
     #[cfg(feature = "std")]
     workspace_box: Option<[Ends<F>; 3]>,
     speed: Option<Zone<F>>,
@@ -29,7 +29,7 @@ pub(super) struct MotionLimits<F> {
 struct Jump<F> {
     /// m.
     allowance: F,
-    /// By the speed limit, m.
+    /// Step by the speed limit, m.
     step: F,
 }
 

@@ -19,7 +19,7 @@ fn object([mass, damping, stiffness]: [f64; 3]) -> VirtualObject {
     .expect("valid")
 }
 
-/// With a memory that reaches over any run of up to 1024 samples.
+/// Coupler with a memory that reaches over any run of up to 1024 samples.
 fn coupler(mu: f64, [k_c, b_c]: [f64; 2], behind: VirtualObject) -> Long {
     let operator = ShortMemory::new(deflection_order(order(mu)).expect("valid"), T);
     VirtualCoupler::new(k_c, b_c, operator.expect("valid"), behind, T).expect("valid")

@@ -39,7 +39,7 @@ fn observer() -> Option<PassivityGuard> {
     )))
 }
 
-/// For a known delay, in samples.
+/// Guard for a known delay, in samples.
 fn bounding(delay: f64) -> Option<PassivityGuard> {
     let delay = Seconds(delay * T.0);
     Some(PassivityGuard::EnergyBounding(EnergyBounding {

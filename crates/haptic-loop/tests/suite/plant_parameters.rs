@@ -8,7 +8,7 @@ use haptic_loop::plant::{
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use testkit::device::{DAMPING as B, MASS as M, ideal, with_hand};
 
-/// At 1 kHz, s.
+/// Sample time at 1 kHz, s.
 const T: f64 = 1e-3;
 
 fn drive() -> RigDrive {

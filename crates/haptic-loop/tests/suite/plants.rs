@@ -12,7 +12,7 @@ use testkit::assert_close;
 use testkit::device::{DAMPING as B, MASS as M, ideal, plant, read, safe, with_hand, write};
 use testkit::operator::order;
 
-/// At 1 kHz, s.
+/// Sample time at 1 kHz, s.
 const T: f64 = 1e-3;
 
 fn state(plant: &MassDamper<1>) -> (f64, f64) {

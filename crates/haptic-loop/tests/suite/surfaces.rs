@@ -17,7 +17,7 @@ use testkit::{assert_close, assert_refused, assert_relative, assert_says};
 
 type Tissue = SpringDamper<f64, crate::Memory>;
 
-/// In and out of a surface at 0, and in again: depth of sample n, m.
+/// Depth of sample n, m: in and out of a surface at 0, and in again.
 fn depth(n: u32) -> f64 {
     4e-3 * (0.03 * f64::from(n)).sin()
 }
@@ -46,7 +46,7 @@ fn a_sphere_pressed_along_a_line_is_the_wall_of_one_axis() {
     assert!(one.iter().any(|force| force[0] < -1.0));
 }
 
-/// As a device is told it: what is made a unit normal again is rounded again.
+/// Numbers as they go to a device: what is made a unit normal again is rounded again.
 #[test]
 fn a_shape_of_its_numbers_is_the_same_to_the_last_bit() {
     for n in 0..1000 {

@@ -46,7 +46,7 @@ pub(crate) struct CompareStart {
 pub(crate) struct Comparison {
     /// A and B.
     walls: [FeelSettings; 2],
-    /// Of B's stiffness over that of A.
+    /// Difference of B's stiffness over that of A.
     difference: f64,
     subject: String,
     /// True if B is the second wall, trial by trial.

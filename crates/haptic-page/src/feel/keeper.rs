@@ -73,7 +73,7 @@ pub(crate) struct FeelState {
 }
 
 impl FeelState {
-    /// Of a loop before its first tick.
+    /// State of a loop before its first tick.
     pub(crate) fn of(sample_time: Seconds) -> Self {
         Self {
             sample_time_s: sample_time.0,
@@ -111,7 +111,7 @@ struct Ghosting {
 }
 
 impl Ghosting {
-    /// Of a law, after what it has missed.
+    /// Ghost of a law, after what it has missed.
     fn new(mut ready: Law<Felt>, pyramid: &Pyramid, sample_time_s: f64) -> Self {
         let mut law = fading(&ready.environment, Seconds(sample_time_s));
         let mut history = law.at_rest();

@@ -79,7 +79,7 @@ pub(crate) struct WallNumbers {
     pub(super) order: f64,
     pub(super) stiffness_n_per_m: f64,
     pub(super) dissipation_n_s_mu_per_m: f64,
-    /// As on the command line; `exact` stands for `full`.
+    /// Scheme as on the command line; `exact` stands for `full`.
     pub(super) scheme: String,
     /// True if its memory is fed with the position in front of the surface too.
     pub(super) signed: bool,

@@ -70,9 +70,9 @@ fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec
 /// The most that a touch gave at any time, J.
 #[derive(Debug, Default)]
 struct Given {
-    /// By the law: each force on the way to where it was asked for.
+    /// Energy by the law: each force on the way to where it was asked for.
     law_j: f64,
-    /// In all, forces held over a tick, less what the damping of the device took.
+    /// Energy in all: forces held over a tick, less what the damping of the device took.
     net_j: f64,
 }
 
@@ -192,8 +192,8 @@ fn weights(order: f64, many: usize) -> Vec<f64> {
     all.collect()
 }
 
-/// Of every wall the force of the page's loop is that of the law of `host-cli run` for the positions that were read, which has
-/// an operator for the run alone; and that of the defining sum, where the operator remembers all.
+/// Forces of the page's loop are, for every wall, those of the law of `host-cli run` for the positions that were read, which has
+/// an operator for the run alone; and those of the defining sum, where the operator remembers all.
 fn forces_agree(cases: u32) {
     const MANY: u32 = 400;
     let mut random = Random(60);
@@ -274,7 +274,7 @@ fn the_force_of_a_hundred_walls_is_that_of_the_command_and_of_the_sum() {
     forces_agree(100);
 }
 
-/// Of each tissue of the library the force is that of the sums of all elements of its model, which know nothing of modes.
+/// Forces of each tissue of the library are those of the sums of all elements of its model, which know nothing of modes.
 #[test]
 fn the_force_of_every_tissue_is_that_of_its_sums() {
     let library = Library::load(None).expect("built in");

@@ -133,7 +133,7 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
     })
 }
 
-/// Of a record that is to be identified, with the loadings that it is for.
+/// Parameter of a record that is to be identified, with the loadings that it is for.
 fn record_parameter(given: &Parameter, is_option: bool) -> Value {
     let size = label(given.key);
     let is_size = |kind: LoadingKind| kind.sizes().contains(&size.as_str());

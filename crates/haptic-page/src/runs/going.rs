@@ -52,7 +52,7 @@ type Run = dyn FnOnce(Attendant<'_>) -> Result<Finished, Failure> + Send;
 /// An experiment, which is drawn while it goes, or a question, which is answered at its end.
 pub(super) struct Work {
     pub(super) kind: String,
-    /// As in the list of runs.
+    /// Name as in the list of runs.
     pub(super) name: String,
     /// Samples of an experiment, steps of a question.
     pub(super) steps: u64,

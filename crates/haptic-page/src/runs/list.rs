@@ -212,7 +212,7 @@ impl Listed {
 }
 
 pub(super) const ANSWER: &str = "answer.json";
-/// As [`ANSWER`], behind the name of an answer.
+/// End like [`ANSWER`], behind the name of an answer.
 const SUFFIX: &str = ".answer.json";
 /// Longest file that is read, bytes: some thousand points are a megabyte.
 const ANSWER_MOST: u64 = 64 << 20;

@@ -49,7 +49,7 @@ pub(crate) struct Runs {
     listing: Mutex<Listing>,
     open: Mutex<VecDeque<Arc<Opened>>>,
     going: Mutex<Option<Arc<Going>>>,
-    /// Of those that were run here; newest last.
+    /// Outcomes of those that were run here; newest last.
     outcomes: Arc<Mutex<VecDeque<Outcome>>>,
 }
 

@@ -152,7 +152,7 @@ pub(crate) struct TableRequest {
 pub(crate) struct Table {
     log: PathBuf,
     channels: Channels,
-    /// Of the columns behind the time.
+    /// Places of the columns behind the time.
     places: Vec<usize>,
     header: String,
     span_s: RangeInclusive<f64>,

@@ -44,7 +44,7 @@ pub struct ServerOptions {
     pub runs: PathBuf,
     /// Effect on a loop or run of closing the page that controls it.
     pub on_close: OnClose,
-    /// For the thread of the loop.
+    /// Options for the thread of the loop.
     pub realtime: RealtimeOptions,
     /// The tissues that can be felt.
     pub library: Library,
@@ -61,7 +61,7 @@ pub(super) struct Hub {
     pub(super) options: ServerOptions,
     /// Settings of the first loop, unless a page asks for others.
     pub(super) opens: Option<FeelSettings>,
-    /// Of the loop that is felt, and of the next.
+    /// Place of the loop that is felt, and of the next.
     pub(super) place: FeelPlace,
     pub(super) runs: Runs,
     pub(super) tables: Tables,

@@ -149,7 +149,7 @@ fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable(
     assert_no_bump(&mut page);
 }
 
-/// In no tick did the force change by more than the motion or a fifth of a second of change makes it: 1 N/ms would be a bump.
+/// Asserts that in no tick the force changed by more than the motion or a fifth of a second of change makes it: 1 N/ms would be a bump.
 fn assert_no_bump(page: &mut Page) {
     let made = page.status(|_| true)["samples_made"]
         .as_f64()

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use testkit::browser::Page;
 
-/// With this in the environment the examples are written, not compared.
+/// Variable with which the examples are written, not compared.
 const UPDATE: &str = "UPDATE_MESSAGES";
 
 const HEAD: &str = r#"// Examples of messages, which the types of the page must fit: every field of a type is in its example.

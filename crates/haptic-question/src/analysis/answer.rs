@@ -35,7 +35,7 @@ pub enum Drawn {
     Sensitivity(Vec<SensitivityPoint>),
     /// Two hands over a line.
     Teleoperation {
-        /// Of the tissue and of what is felt, over the frequency.
+        /// Values of the tissue and of what is felt, over the frequency.
         points: Vec<HandPoint>,
         /// Order and error of each best coupler.
         errors: Vec<(f64, f64)>,
@@ -52,7 +52,7 @@ impl Analysed {
         }
     }
 
-    /// As in `absolutely stable`, or `not passive`; empty of an analysis without a verdict.
+    /// Verdict in words, as in `absolutely stable`, or `not passive`; empty for an analysis without a verdict.
     pub fn verdict(&self) -> String {
         let mut keys = ["stable", "passive", "absolutely_stable"].into_iter();
         let verdict = keys.find_map(|key| Some((key, self.report.get(key)?.as_bool()?)));
@@ -104,13 +104,13 @@ pub enum Kind {
 pub struct DifferencePoint {
     /// Frequency of the hand's motion.
     pub frequency_hz: f64,
-    /// In phase with the displacement, of the other law.
+    /// Difference in phase with the displacement, of the other law.
     pub other_stiffness: Option<f64>,
-    /// In phase with the velocity, of the other law.
+    /// Difference in phase with the velocity, of the other law.
     pub other_damping: Option<f64>,
-    /// In phase with the displacement, of the best spring and damper.
+    /// Difference in phase with the displacement, of the best spring and damper.
     pub spring_and_damper_stiffness: f64,
-    /// In phase with the velocity, of the best spring and damper.
+    /// Difference in phase with the velocity, of the best spring and damper.
     pub spring_and_damper_damping: f64,
 }
 
@@ -150,7 +150,7 @@ pub struct HandPoint {
     pub felt_n_per_m: f64,
     /// Phase of the master's force over its place.
     pub felt_degrees: f64,
-    /// Of Llewellyn's criterion: stable with every hand and tissue from 1 on.
+    /// Ratio of Llewellyn's criterion: stable with every hand and tissue from 1 on.
     pub llewellyn_ratio: f64,
 }
 

@@ -147,7 +147,7 @@ impl Felt {
         Ok(verdict.map_err(Failure::input)?.stable)
     }
 
-    /// At the hand, N/m.
+    /// Force per displacement at the hand, N/m.
     pub(crate) fn force_per_displacement(&self, omega: f64) -> Result<Complex<f64>, Failure> {
         let felt = self.point(omega)?;
         Ok(Complex::new(

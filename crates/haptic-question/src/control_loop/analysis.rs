@@ -25,9 +25,9 @@ pub struct AnalysedLoop {
 /// The curve of an analysis.
 #[derive(Clone, Debug)]
 pub enum AnalysisCurve {
-    /// Of a loop, with the margins on it.
+    /// Curve of a loop, with the margins on it.
     Loop(Box<LoopAnalysis>),
-    /// Of a plant.
+    /// Curve of a plant.
     Plant(Vec<LoopPoint>),
 }
 

@@ -103,7 +103,7 @@ pub struct Simulated {
     pub sample_time_s: f64,
     /// Reference, output and command.
     pub response: Response,
-    /// Of the integer-order PID with the same crossover and phase margin.
+    /// Response with the integer-order PID of the same crossover and phase margin.
     pub integer: Option<Response>,
     /// Everything but the signals, with warnings. The keys are a contract of the command line.
     pub report: Value,

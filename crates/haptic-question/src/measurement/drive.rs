@@ -308,7 +308,7 @@ const STILL: (f64, f64) = (0.005, 0.5);
 enum Phase {
     #[default]
     Rest,
-    /// To the middle of the box.
+    /// Way to the middle of the box.
     Centre,
     /// A force that grows, in this direction, until the device moves.
     Ramp(f64),

@@ -1,4 +1,4 @@
-//! From a record to the device that made it.
+//! Estimate of a device from the record that it made.
 //!
 //! First a guess by linear least squares on smoothed signals:
 //!
@@ -92,7 +92,7 @@ const LOST: usize = 20;
 const PARTS: u32 = 4;
 /// Shares of all that is late which are taken for lag at the starts of the search.
 const LAG_SHARES: [f64; 4] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
-/// From a delay of whole samples to the starts on its sides, samples.
+/// Distances from a delay of whole samples to the starts on its sides, samples.
 const BESIDE: [f64; 2] = [-0.05, 0.05];
 /// Factor by which the residual of a worse fit is larger.
 const TELLS_APART: f64 = 1.02;

@@ -79,7 +79,7 @@ const NUMBERS: [Number; 7] = [
 #[derive(Debug)]
 pub(super) struct Fit<'a> {
     replay: &'a Replay,
-    /// At the modelled ticks, m; not a number where a sample is missing.
+    /// Positions at the modelled ticks, m; not a number where a sample is missing.
     position: &'a [f64],
     /// Largest force, N: the unit of steps in force.
     force: f64,
@@ -94,7 +94,7 @@ pub(super) struct Fit<'a> {
 #[derive(Clone, Debug)]
 struct Solved {
     left: Vec<f64>,
-    /// Of each tick over position and velocity at the start of its piece.
+    /// Slope of each tick's residual over position and velocity at the start of its piece.
     by_state: [Vec<f64>; 2],
 }
 

@@ -158,7 +158,7 @@ impl PlantReport {
         }
     }
 
-    /// With these sentences before its own warnings.
+    /// Report with these sentences before its own warnings.
     pub fn warned(mut self, notes: Vec<String>) -> Self {
         self.warnings.splice(..0, notes);
         self
@@ -196,7 +196,7 @@ pub fn counted_from(record: &InputOutput, found: &Identified) -> String {
     }
 }
 
-/// As a sentence.
+/// Start in words, as a sentence has it.
 fn begins(start: StartState) -> &'static str {
     match start {
         StartState::Rest => "at rest",
@@ -230,7 +230,7 @@ const LOOSE: f64 = 0.5;
 /// A share of the variance that no useful function leaves, and one that only noise may.
 const MUCH: f64 = 0.05;
 const SOME: f64 = 0.001;
-/// Of a function that explains less than this nothing more is said.
+/// Share of the variance; of a function that explains less, nothing more is said.
 const LEAST: f64 = 0.5;
 /// Neighbouring samples that are so much alike are no white noise.
 const ALIKE: f64 = 0.3;

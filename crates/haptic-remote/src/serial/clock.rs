@@ -209,7 +209,7 @@ impl ClockLine {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceClock {
     epoch: Moment,
-    /// Of the device by times from the epoch.
+    /// Line of the device's clock by times from the epoch.
     line: ClockLine,
     points: Vec<[f64; 3]>,
 }

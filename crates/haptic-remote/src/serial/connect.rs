@@ -91,7 +91,7 @@ impl SerialLink {
         Ok(link)
     }
 
-    /// From now on `stop` ends each wait for an answer.
+    /// Lets `stop` end each wait for an answer, from now on.
     #[must_use]
     pub fn stopped_by(mut self, stop: Option<&Arc<AtomicBool>>) -> Self {
         self.stop = stop.cloned();

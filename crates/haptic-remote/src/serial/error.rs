@@ -74,7 +74,7 @@ pub enum SerialError {
     Listen {
         /// The address as it was given.
         address: String,
-        /// In the words of the system.
+        /// Reason in the words of the system.
         reason: String,
     },
     /// It cannot be opened for another reason, or not at this speed.
@@ -86,7 +86,7 @@ pub enum SerialError {
         path: String,
         /// Speed at which it was to be opened, bits per second.
         baud: u32,
-        /// In the words of the system.
+        /// Reason in the words of the system.
         reason: String,
     },
     /// The port works, but the conversation with the device failed.
@@ -95,7 +95,7 @@ pub enum SerialError {
     /// A thread could not be started.
     #[error("a thread could not be started: {reason}")]
     Thread {
-        /// In the words of the system.
+        /// Reason in the words of the system.
         reason: String,
     },
 }
@@ -191,7 +191,7 @@ impl fmt::Display for BoardTrouble {
 /// Side on which a board's fault has its cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TroubleCause {
-    /// In the board: a fault of its own, or an answer that cannot be.
+    /// Cause in the board: a fault of its own, or an answer that cannot be.
     Board,
     /// Nothing comes from it any more: unplugged, switched off, or its emulator has ended. The link is lost.
     Gone,

@@ -78,7 +78,7 @@ const PATIENCE: Duration = Duration::from_millis(20);
 pub struct Pipe {
     incoming: Arc<Queue>,
     outgoing: Arc<Queue>,
-    /// Of the handles of this end: with the last of them the end is gone.
+    /// End that its handles share: with the last of them the end is gone.
     _end: Arc<End>,
     patience: Duration,
 }

@@ -38,7 +38,7 @@ pub struct LinkReport {
     pub forces_dropped: u64,
     /// Forces that were not sent because a newer sample had come already.
     pub forces_skipped: u64,
-    /// From sending a keep-alive to hearing the answer, µs; empty if none was heard.
+    /// Time from sending a keep-alive to hearing the answer, µs; empty if none was heard.
     pub round_trip_us: Durations,
 }
 
@@ -341,7 +341,7 @@ pub(super) struct Shared {
     pub(super) deaf: AtomicBool,
     /// The last request had no answer in all its tries.
     pub(super) mute: AtomicBool,
-    /// Of a device that was calibrated.
+    /// Factors of a device that was calibrated.
     pub(super) factors: OnceLock<ForceFactors>,
     pub(super) samples_dropped: AtomicU64,
     pub(super) forces_dropped: AtomicU64,
@@ -371,7 +371,7 @@ impl Shared {
         lock(&self.conversation)
     }
 
-    /// For how long the reader has listened. No lock: the loop of a host asks at each tick.
+    /// Time for which the reader has listened. No lock: the loop of a host asks at each tick.
     pub(super) fn listened(&self) -> Duration {
         Duration::from_micros(self.listened_us.load(Ordering::Acquire))
     }

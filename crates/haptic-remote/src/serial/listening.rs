@@ -38,9 +38,9 @@ const GREETING_MOST: usize = 4 * FRAME_MAX;
 /// The way in which a host shows that it is one.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Greeting {
-    /// By `hello`, the first message of our protocol.
+    /// A `hello`, the first message of our protocol.
     Hello,
-    /// By saying anything, in a protocol that this door does not know.
+    /// Any bytes, in a protocol that this door does not know.
     Anything,
 }
 

@@ -44,7 +44,7 @@ impl SerialLink {
         self.ask_for(Request::Stop, STOPPED).map(drop)
     }
 
-    /// As [`ask`](Self::ask), but listens no longer than this for the answer.
+    /// Asks as [`ask`](Self::ask) does, but listens no longer than this for the answer.
     pub(super) fn ask_for(
         &self,
         request: Request,
@@ -95,7 +95,7 @@ impl SerialLink {
         self.set_for(configuration, values, Scope::Lasting)
     }
 
-    /// As [`set`](Self::set); the lasting settings return with the next connection after the run's.
+    /// Sets a configuration as [`set`](Self::set) does; with the scope of a run, the lasting settings return with the next connection after it.
     ///
     /// # Errors
     /// As [`set`](Self::set); for a run, a limit that is looser than what is set.
@@ -127,7 +127,7 @@ impl SerialLink {
         }
     }
 
-    /// As [`set_for`](Self::set_for) for a run, with its companions.
+    /// Sets a configuration as [`set_for`](Self::set_for) does for a run, with its companions.
     ///
     /// # Errors
     /// As [`set_for`](Self::set_for); an invalid box, or one outside the workspace of all

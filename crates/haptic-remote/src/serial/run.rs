@@ -56,7 +56,7 @@ impl SerialLink {
         self.answer_after(waited, Request::Disarm)
     }
 
-    /// As [`silent`](Self::silent), for a device that is only watched: it is asked once and not otherwise affected.
+    /// Finds out the reason as [`silent`](Self::silent) does, for a device that is only watched: it is asked once and not otherwise affected.
     #[must_use]
     pub fn unheard(&self, waited: Duration) -> LinkError {
         self.answer_after(waited, Request::GetStatistics)

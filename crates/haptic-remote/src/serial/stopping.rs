@@ -11,7 +11,7 @@ use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// From one look at the flag to the next.
+/// Time from one look at the flag to the next.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Does what may take its time on a thread of its own, which ends by itself, unless `stop` is set meanwhile: within 20 ms.

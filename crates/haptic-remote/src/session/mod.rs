@@ -335,7 +335,7 @@ impl DeviceSession {
     }
 }
 
-/// For a developer with a probe.
+/// Logs for a developer with a probe.
 #[cfg(all(feature = "defmt", target_os = "none"))]
 fn tell(digest: u32, done: &Result<(), Refusal>) {
     match done {

@@ -205,7 +205,7 @@ impl DeviceSession {
         })
     }
 
-    /// As [`install`](Self::install) for a run: keeps the set configuration in place of the staged one.
+    /// Installs as [`install`](Self::install) does, for a run: keeps the set configuration in place of the staged one.
     #[inline(never)]
     fn install_for_run<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,

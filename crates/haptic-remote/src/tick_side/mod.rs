@@ -57,7 +57,7 @@ pub struct TickSide<H: Hardware<D>, const D: usize = 1, R = Records<D>> {
     after: (State, EventKind),
     fault: Option<Fault>,
     faults: u16,
-    /// Of the latched fault.
+    /// Reason of the latched fault.
     reason: Reason,
     /// The last one started since it was armed, whether it has ended or not.
     run: Option<u32>,

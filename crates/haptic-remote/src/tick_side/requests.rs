@@ -54,7 +54,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.end_idle(EventKind::Disarmed);
     }
 
-    /// As [`disarm`](Self::disarm), by the device's own program and not by its host.
+    /// Disarms as [`disarm`](Self::disarm) does, but by the device's own program and not by its host.
     pub fn withdraw(&mut self) {
         self.end_idle(EventKind::Withdrawn);
     }

@@ -36,7 +36,7 @@ impl Plane {
         Self::on_line(LineFaults::default(), law)
     }
 
-    /// As [`running`](Self::running), on a line with faults.
+    /// Bench as by [`running`](Self::running), on a line with faults.
     pub(crate) fn on_line(
         faults: LineFaults,
         law: impl FnMut(&Sample) -> Request + 'static,
@@ -63,7 +63,7 @@ impl Plane {
         self.only_falls(self.norms.len() - 1);
     }
 
-    /// From here on the norm never grows, and is zero after the stop time, 0.1 s.
+    /// Asserts that from here on the norm never grows, and is zero after the stop time, 0.1 s.
     pub(crate) fn only_falls(&mut self, from: usize) {
         self.run_ms(150);
         let norms = &self.norms[from - 1..];

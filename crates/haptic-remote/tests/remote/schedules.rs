@@ -19,7 +19,7 @@ use haptic_remote::LinkError;
 use std::sync::atomic::{AtomicU64, Ordering};
 use testkit::Random;
 
-/// From position, m, to force, N.
+/// Law from position, m, to force, N.
 type Law = fn(f32) -> f32;
 
 const LAWS: [Option<Law>; 4] = [

@@ -191,7 +191,7 @@ fn a_stop_is_heard_where_no_sample_comes() {
     assert_eq!(error, LinkError::Stopped.into());
 }
 
-/// For so long the machine of [`clock`] has slept, s.
+/// Time for which the machine of [`clock`] has slept, s.
 static SLEPT_S: AtomicU32 = AtomicU32::new(0);
 
 fn clock() -> Moment {

@@ -245,7 +245,7 @@ fn pushed() -> Simulation {
     }
 }
 
-/// In and out of all shapes below, and round them: millimetres.
+/// Path in and out of all shapes below, and round them: millimetres.
 fn path<const D: usize>(tick: u32) -> [f32; D] {
     let s = 0.004 * tick as f32;
     let all = [

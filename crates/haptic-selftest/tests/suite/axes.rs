@@ -12,7 +12,7 @@ use haptic_remote::serial::{BoardTrouble, DeviceTime, SerialLink, Served, Served
 use haptic_remote::{Hardware, abilities};
 use haptic_selftest::Promise;
 
-/// For each axis as the device tells it, the number of that of the device from 1 on, with a sign.
+/// Number of the device's own axis, from 1 on and with a sign, for each axis as the device reports it.
 type Mapping<const D: usize> = [i8; D];
 
 /// A mass that moves freely.

@@ -136,7 +136,7 @@ impl Way {
     }
 }
 
-/// To the board, and to the host.
+/// Ways to the board, and to the host.
 type Ways = Arc<Mutex<[Way; 2]>>;
 
 /// A board that runs until it is dropped.
@@ -154,7 +154,7 @@ impl Board {
         Self::on_line(flaw, LineFaults::default(), 0)
     }
 
-    /// At a line with these faults in both directions.
+    /// Board at a line with these faults in both directions.
     pub(crate) fn on_line(flaw: Flaw, faults: LineFaults, seed: u64) -> Self {
         let ways = [0, 1].map(|way| Way::new(faults, 2 * seed + way));
         let ways = Arc::new(Mutex::new(ways));
@@ -251,7 +251,7 @@ struct Running {
     device: RefCell<TickSide<Axis>>,
     session: DeviceSession,
     flaw: Flaw,
-    /// Of its clock.
+    /// Time of its clock.
     now_us: u64,
     /// What leaves is read again, so that a flaw can change it.
     leaving: Receiver<DeviceReport>,

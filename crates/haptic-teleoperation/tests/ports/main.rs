@@ -250,7 +250,7 @@ fn silence_takes_the_force_to_zero_and_it_never_grows() {
     }
 }
 
-/// As of a process that was stopped while messages came: the newest of them may be as old as the stop was long.
+/// Messages as of a process that was stopped while they came: the newest of them may be as old as the stop was long.
 #[test]
 fn a_port_that_stood_still_for_as_long_as_a_silence_lets_go() {
     for architecture in Architecture::ALL {

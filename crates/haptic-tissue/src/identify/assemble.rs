@@ -816,7 +816,7 @@ impl Assembly {
         Record::history(time, strain, stress)?.with_errors(&errors, &[])
     }
 
-    /// Of an indenter.
+    /// Record of an indenter.
     fn pressed(
         &mut self,
         loading: Loading,

@@ -72,7 +72,7 @@ const FAR_LESS: f64 = 0.25;
 const FEW_STARTS: usize = 10;
 const FEW_PARAMETERS: usize = 4;
 
-/// As [`identified`], of a record that may be read in several ways: by that whose best fit makes the record most likely.
+/// Identifies as [`identified`] does, a record that may be read in several ways: by that whose best fit makes the record most likely.
 pub(super) fn read(
     record: &Record,
     options: &Options,
@@ -436,7 +436,7 @@ pub(super) fn noisy<'r, 's>(
     record
 }
 
-/// As [`chosen`], without a reference.
+/// Index as by [`chosen`], without a reference.
 pub(super) fn choose<'a>(
     fits: impl Iterator<Item = &'a Fit> + Clone,
     wanted: Option<ModelKind>,
@@ -444,7 +444,7 @@ pub(super) fn choose<'a>(
     chosen(fits, wanted, &|_| false)
 }
 
-/// Of what a series leaves, what a model with fewer numbers may leave without being missed.
+/// Factor on what a series leaves: so much a model with fewer numbers may leave without being missed.
 const LITTLE: f64 = 1.25;
 
 /// Index of the wanted model in fits sorted by BIC; else of the one with the fewest parameters within [`AS_GOOD`] of the best that leaves no

@@ -86,7 +86,7 @@ fn is_fitted(record: &Record) -> bool {
     touch.is_some_and(|touch| touch.contact == ContactPoint::Fitted)
 }
 
-/// As [`identified`], with the contact point and the baseline.
+/// Identifies as [`identified`] does, with the contact point and the baseline.
 pub(super) fn touched(
     record: &Record,
     options: &Options,

@@ -18,7 +18,7 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// With nothing held.
+    /// Candidate with nothing held.
     pub(super) fn of(kind: ModelKind) -> Self {
         let mut ranges = [(f64::NEG_INFINITY, f64::INFINITY); VARIABLES];
         let classical = |element: usize| match (kind, element) {

@@ -76,7 +76,7 @@ impl Fit {
         !self.correlation.is_empty() && !self.of_memory().iter().any(wild)
     }
 
-    /// By BIC; if equal, as for all with the same number of parameters and residuals below the accuracy of the record, by
+    /// Order by BIC; if equal, as for all with the same number of parameters and residuals below the accuracy of the record, by
     /// the residual.
     pub(super) fn by_bic(&self, other: &Self) -> Ordering {
         let left = || self.weighted.total_cmp(&other.weighted);
@@ -222,7 +222,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Of a linear problem, with its standard error and Student's t.
+    /// Estimate of a linear problem, with its standard error and Student's t.
     pub(super) const fn of_line(
         name: &'static str,
         unit: &'static str,
@@ -302,7 +302,7 @@ fn spread(
     Some(all)
 }
 
-/// From the variables to ln Vᵢ and αᵢ, NaN in rows of what is fixed.
+/// Covariance of ln Vᵢ and αᵢ from that of the variables, NaN in rows of what is fixed.
 fn covariance(
     candidate: Candidate,
     spread: &DMatrix<f64>,

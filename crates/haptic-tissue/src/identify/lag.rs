@@ -240,7 +240,7 @@ mod tests {
         [times, strain, stress]
     }
 
-    /// As sensors delay: by a dead time, by the mean of their last readings, by a filter. None of them buys an element.
+    /// Delays as sensors have them: a dead time, the mean of their last readings, a filter. Each adds no model element.
     #[test]
     fn a_lag_of_any_shape_is_no_element_and_the_intervals_hold_the_truth() {
         let finer = 20;

@@ -301,7 +301,7 @@ fn disagreement(shifts: &[Shift], pairs: &[Pair], by: ShiftBy) -> Option<String>
     ))
 }
 
-/// To two decimals, for a sentence.
+/// Value to two decimals, for a sentence.
 fn rounded(value: f64) -> f64 {
     libm::round(100.0 * value) / 100.0
 }
@@ -352,7 +352,7 @@ struct Shifted {
 struct Pair {
     shift: f64,
     error: f64,
-    /// By storage and loss modulus alone.
+    /// Shifts by storage and by loss modulus alone.
     alone: Option<[Shifted; 2]>,
     overlap: Overlap,
 }

@@ -80,7 +80,7 @@ pub fn identify(
     identify_unless(record, options, &AtomicBool::new(false), progress)
 }
 
-/// As [`identify()`], until `stop` is set: that ends it within an evaluation of a model, about 0.4 µs a sample.
+/// Fits as [`identify()`] does, until `stop` is set: that ends it within an evaluation of a model, about 0.4 µs a sample.
 ///
 /// # Errors
 /// If no candidate can be fitted; a stop.

@@ -137,7 +137,7 @@ mod tests {
         }
     }
 
-    /// As far as 50 residuals can tell it.
+    /// Short series: slow noise is seen as far as 50 residuals can show it.
     #[test]
     fn slow_noise_of_short_series_is_seen_more_often_than_not() {
         for (alike, least) in [(0.6, 260), (0.7, 300)] {

@@ -114,9 +114,9 @@ struct End {
     variable: usize,
     /// −1 for the low one, 1 for the high one.
     side: f64,
-    /// Of the variables in ψ.
+    /// Shares of the variables in ψ.
     shares: Vec<f64>,
-    /// Of ψ.
+    /// Range of ψ.
     range: (f64, f64),
     /// ψ; `None` before the first pass.
     at: Option<f64>,

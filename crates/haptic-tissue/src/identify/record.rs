@@ -44,10 +44,10 @@ enumerated! {
 /// Depth at which an indenter touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ContactPoint {
-    /// At 0. A record that fits far better with another one gets a warning.
+    /// Contact at 0. A record that fits far better with another one gets a warning.
     #[default]
     Zero,
-    /// At this depth of the file's own axis, m.
+    /// Contact at this depth of the file's own axis, m.
     At(f64),
     /// The depth at which the record fits best.
     Fitted,
@@ -70,7 +70,7 @@ pub(super) struct Touch {
 }
 
 impl Touch {
-    /// At most `most` of its samples, each unchanged.
+    /// Touch with at most `most` of its samples, each unchanged.
     pub(super) fn thinned(&self, most: usize) -> Self {
         let chosen: Vec<usize> = (0..1)
             .chain(chosen(&self.time_s, self.time_s[0], most))
@@ -98,7 +98,7 @@ pub(super) struct Motion {
     pub(super) samples: usize,
     /// Times, s, and strains straight between them where the samples do not give the motion; `None` if they do.
     pub(super) way: Option<(Vec<f64>, Vec<f64>)>,
-    /// From its strain to the strain that the memory sees; `None` if they are equal.
+    /// Map from its strain to the strain that the memory sees; `None` if they are equal.
     pub(super) map: Option<DepthMap<f64>>,
     /// True if its strain grows with the depth, so that tissue can stiffen by it.
     can_stiffen: bool,
@@ -123,7 +123,7 @@ pub struct Record {
     per: f64,
     /// The motions of a history.
     pub(super) motions: Vec<Motion>,
-    /// Of one motion of an indenter.
+    /// Contact in one motion of an indenter.
     pub(super) touch: Option<Touch>,
     /// Columns of which any sum may be in the stress beside the model's, such as a baseline; one number a sample.
     pub(super) nuisance: Vec<Vec<f64>>,
@@ -133,7 +133,7 @@ pub struct Record {
     pub(super) expected: Vec<f64>,
     /// Least and largest time by which a sensor shows the stress later, s; `None` if it does not.
     pub(super) lag_s: Option<[f64; 2]>,
-    /// Of a creep whose stress was commanded: time since the first step, s, and size over the largest stress of each step; and
+    /// Steps of a creep whose stress was commanded: time since the first step, s, and size over the largest stress of each step; and
     /// the same with the steps a row later, where the rows leave that open.
     pub(super) steps: Vec<[f64; 2]>,
     later: Vec<[f64; 2]>,
@@ -468,7 +468,7 @@ impl Record {
         Self::pressed_from(ContactPoint::Zero, time_s, depth_m, force_n, specimen)
     }
 
-    /// As [`pressed`](Self::pressed), of a depth axis whose 0 is elsewhere.
+    /// Record like that of [`pressed`](Self::pressed), of a depth axis whose 0 is elsewhere.
     ///
     /// # Errors
     /// As [`pressed`](Self::pressed); a contact point that is not finite; one to be fitted of a slab.
@@ -663,9 +663,9 @@ impl Record {
         Ok(all)
     }
 
-    /// With an error of each sample that was given, in its unit: of the modulus, compliance, strain of a creep, stress or force, and of the loss
-    /// modulus beside the storage modulus. They weigh the samples against each other, so that standard deviations and standard errors are
-    /// alike; none are no errors.
+    /// Record with an error of each sample that was given, in its unit: of the modulus, compliance, strain of a creep, stress or force, and of the
+    /// loss modulus beside the storage modulus. They weigh the samples against each other, so that standard deviations and standard errors are
+    /// alike; no numbers mean that there are no errors.
     ///
     /// # Errors
     /// Another number of errors than of samples; one that is not above 0 and finite.
@@ -706,7 +706,7 @@ impl Record {
         Ok(self)
     }
 
-    /// With what the instrument of a motion leaves open of its force: columns, a number for each sample, over the noise, of which a sum with
+    /// Record with what the instrument of a motion leaves open of its force: columns, a number for each sample, over the noise, of which a sum with
     /// normal shares of deviation 1 is in it; between which times, s, a sensor shows it later; and the samples in which it is known at all, in
     /// order, or `None` for all. Choice and intervals know all three.
     #[must_use]
@@ -738,7 +738,7 @@ impl Record {
         self
     }
 
-    /// As one of our own logs, in which a model may stand as a loop renders it: what sampling does to the model is then no misfit.
+    /// Record as one of our own logs, in which a model may stand as a loop renders it: what sampling does to the model is then no misfit.
     #[must_use]
     pub const fn of_own_log(mut self) -> Self {
         self.is_own_log = true;

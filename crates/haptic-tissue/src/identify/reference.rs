@@ -75,7 +75,7 @@ pub(super) struct Misfit {
 }
 
 impl<'a> Reference<'a> {
-    /// Of a record that has enough numbers, and of which a spectrum leaves no more than noise may be; the closest candidate tells how slow its
+    /// Spectrum of a record that has enough numbers, if it leaves no more than noise may be; the closest candidate tells how slow its
     /// noise is at most.
     pub(super) fn of(target: &Target<'a>, closest: Option<(Candidate, &Best)>) -> Option<Self> {
         let plain = target.averaged();

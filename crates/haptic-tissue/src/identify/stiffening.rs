@@ -52,7 +52,7 @@ const BETWEEN: usize = 10;
 struct Point {
     b: f64,
     best: Best,
-    /// With the intervals of its standard errors.
+    /// Fit with the intervals of its standard errors.
     fit: Fit,
 }
 
@@ -72,7 +72,7 @@ struct Search<'a> {
     most: f64,
 }
 
-/// As [`identified`], with b as a last parameter of each fit. A candidate that has no minimum at any b is left out, with a warning.
+/// Identifies as [`identified`] does, with b as a last parameter of each fit. A candidate that has no minimum at any b is left out, with a warning.
 pub(super) fn stiffened(
     record: &Record,
     options: &Options,

@@ -218,7 +218,7 @@ impl Sum {
         (sum, Self(active.collect()))
     }
 
-    /// With one mode fewer: left out, or made one with its neighbour.
+    /// Sum with one mode fewer: left out, or made one with its neighbour.
     fn fewer(&self, target: &Target<'_>) -> Option<Self> {
         let decays = self.decays();
         let times = |modes: &[(f64, f64)]| {

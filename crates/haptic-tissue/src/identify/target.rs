@@ -89,7 +89,7 @@ enum Rows {
 /// A creep under several steps of stress, or with differences as its residuals.
 #[derive(Clone, Debug)]
 struct Stepped {
-    /// Of each sample the ln of the time since each step before it, and the size of the step.
+    /// ln of the time since each step before a sample, and the size of the step, for each sample.
     since: Vec<Vec<[f64; 2]>>,
     chosen: Vec<usize>,
     is_logarithmic: bool,
@@ -272,7 +272,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// With 1 s as the unit of time, in which the variable of a modulus is ln V.
+    /// Target with 1 s as the unit of time, in which the variable of a modulus is ln V.
     pub(super) fn in_seconds(mut self) -> Self {
         let shift = libm::log(self.unit_s);
         match &mut self.rows {
@@ -751,7 +751,7 @@ fn roots_of_motions(record: &Record, chosen: &[usize], scale: f64) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Of an oscillation and of any motion; the contour's own are tested with it.
+    /// Slopes of an oscillation and of any motion; the contour's own are tested with it.
     #[test]
     fn derivatives_of_residuals_are_those_of_the_values() {
         const STEP: f64 = 1e-6;

@@ -34,7 +34,7 @@ const OUTSIDE: f64 = 100.0;
 const SMALL_TAIL: f64 = 1e-12;
 
 impl Spectrum {
-    /// Of elements that are no Prony series, for times from `shortest` to `longest`, 0 < `shortest` ≤ `longest`.
+    /// Spectrum of elements that are no Prony series, for times from `shortest` to `longest`, 0 < `shortest` ≤ `longest`.
     pub(super) fn over_the_cut(
         form: &Form,
         response: Response,

@@ -31,7 +31,7 @@ pub(super) enum Modes {
     Any {
         /// 1/s.
         rates: Vec<f64>,
-        /// As [`Spectrum`] says.
+        /// Weights as [`Spectrum`] says.
         weights: Vec<f64>,
     },
     /// Each rate is twice the one [`LANES`] before it.

@@ -9,9 +9,9 @@ use std::fmt;
 pub enum ParameterRange {
     /// Above 0 and finite.
     Positive,
-    /// At least 0 and finite.
+    /// Number of at least 0 and finite.
     NotNegative,
-    /// From 0 to 1.
+    /// Number from 0 to 1.
     Order,
 }
 

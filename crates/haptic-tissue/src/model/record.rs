@@ -88,7 +88,7 @@ struct State<'a> {
     twice: f64,
     modes: Vec<f64>,
     pair_mode: Complex64,
-    /// Of the last step: its length, m and (rΔ + m)/r of each mode.
+    /// Length of the last step, and its m and (rΔ + m)/r of each mode.
     step: f64,
     decay: Vec<f64>,
     lag: Vec<f64>,

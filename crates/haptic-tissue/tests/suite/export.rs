@@ -275,7 +275,7 @@ fn card(format: ExportFormat, text: &str) -> [Vec<[f64; 2]>; 2] {
     }
 }
 
-/// With a constant Poisson's ratio the bulk relaxes like the shear, so that a bar pulled in the program is the tissue.
+/// Bulk relaxes like the shear with a constant Poisson's ratio, so that a bar pulled in the program is the tissue.
 #[test]
 fn a_bar_of_the_exported_card_relaxes_like_the_tissue() {
     let skin = model(ModelKind::SpringPot, &[8650.0, 0.2247]);

@@ -4,7 +4,7 @@ use haptic_loop::{DepthMap, Loading, LoadingKind, Specimen};
 use haptic_tissue::{Model, ModelKind, ting};
 use testkit::assert_close;
 
-/// Of `golden/ting/make_golden.py`: its triangle of depth, its models and its maps.
+/// Results of `golden/ting/make_golden.py`: its triangle of depth, its models and its maps.
 const GOLDEN: &str = include_str!("../golden/ting/ting.csv");
 
 fn model(name: &str) -> Model {
@@ -35,7 +35,7 @@ fn map(name: &str) -> Option<DepthMap<f64>> {
     Specimen::new(loading, 0.5, 0.0).expect("valid").depth_map()
 }
 
-/// In within 1 s, 1 mm deep, and out at twice the speed; 1 ms apart on the way in and 5 ms on the way out.
+/// Motion in within 1 s, 1 mm deep, and out at twice the speed; 1 ms apart on the way in and 5 ms on the way out.
 fn triangle() -> (Vec<f64>, Vec<f64>) {
     let way_in = (0..=1000).map(|n| (1e-3 * f64::from(n), 1e-6 * f64::from(n)));
     let way_out = (1..=100).map(|n| (1.0 + 5e-3 * f64::from(n), 1e-3 - 1e-5 * f64::from(n)));

@@ -100,12 +100,12 @@ fn standing<E: Environment<f64, 1>>(law: &E, position_m: f64) -> E::History {
 }
 
 impl<E: Environment<f64, 1>> Law<E> {
-    /// Of a device in front of the surface, where a simulated one begins.
+    /// Law with a device in front of the surface, where a simulated one begins.
     pub fn at_rest(environment: E) -> Self {
         Self::standing(environment, START_M)
     }
 
-    /// Without any past.
+    /// Law without any past.
     pub fn untouched(environment: E) -> Self {
         Self {
             history: environment.at_rest(),
@@ -114,7 +114,7 @@ impl<E: Environment<f64, 1>> Law<E> {
         }
     }
 
-    /// Of a device that always stood here, m.
+    /// Law with a device that always stood here, m.
     pub fn standing(environment: E, position_m: f64) -> Self {
         let history = standing(&environment, position_m);
         Self {

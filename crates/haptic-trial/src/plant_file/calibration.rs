@@ -83,7 +83,7 @@ pub struct Calibration {
     /// Identity of the device.
     #[serde(skip)]
     pub device: String,
-    /// By their keys: true force for each newton commanded, and for each that the force sensor shows; its reading without force, in its own
+    /// Numbers by their keys: true force for each newton commanded, and for each that the force sensor shows; its reading without force, in its own
     /// newtons; the time by which it follows, s.
     #[serde(flatten)]
     pub found: BTreeMap<&'static str, MeasuredNumber>,

@@ -143,7 +143,7 @@ fn a_plant_comes_back_from_its_own_step() {
     place.run(line).refused(2, &["p.toml"]);
 }
 
-/// Of 1/(1000s + 1) three seconds tell the quotient of gain and time constant, within steps of 1e-4, and not each.
+/// Three seconds of 1/(1000s + 1) determine the quotient of gain and time constant, within steps of 1e-4, and not each.
 #[test]
 fn what_a_record_does_not_determine_is_in_the_json() {
     let place = Place::new();

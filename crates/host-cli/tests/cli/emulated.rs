@@ -84,12 +84,12 @@ impl Port {
 }
 
 impl Emulated {
-    /// At the socket `device`.
+    /// Device at the socket `device`.
     pub(crate) fn new(options: &str) -> Self {
         Self::at(Port::Socket("device"), options)
     }
 
-    /// At a pseudo-terminal, for tests whose subject is the port, and for hosts that know no other.
+    /// Device at a pseudo-terminal, for tests whose subject is the port, and for hosts that know no other.
     pub(crate) fn at_terminal(name: &'static str, options: &str) -> Self {
         Self::at(Port::Terminal(name), options)
     }

@@ -96,7 +96,7 @@ fn the_answer_to_a_first_hours_mistake_names_the_remedy_and_no_wrong_one() {
     assert!(complaints.is_empty(), "{}", complaints.join("\n"));
 }
 
-/// Of a testing machine whose gauges were not zeroed: 3 % and 10 Pa at rest, then the law of a spring of 20 kPa.
+/// Record of a testing machine whose gauges were not zeroed: 3 % and 10 Pa at rest, then the law of a spring of 20 kPa.
 const LOADED: &str = "time_s,strain,stress_pa
 0,0.03,10\n1,0.04,210\n2,0.05,410\n3,0.06,610\n4,0.07,810\n5,0.08,1010\n6,0.07,810\n7,0.06,610
 ";

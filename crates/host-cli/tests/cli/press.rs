@@ -10,7 +10,7 @@ fn holds(found: &serde_json::Value, name: &str, truth: f64) -> bool {
     (of("value") - truth).abs() < of("high_95") - of("low_95")
 }
 
-/// By the motor and by a sensor with an offset, noise and lag, on a device that holds its handle from its first tick on.
+/// Forces by the motor and by a sensor with an offset, noise and lag, on a device that holds its handle from its first tick on.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_tissue_at_the_handle_of_a_board_is_measured_and_then_felt_on_it() {

@@ -247,8 +247,8 @@ impl Ended {
         }
     }
 
-    /// As [`failed`](Self::failed), with all of `words` in the error and nothing on standard output;
-    /// what is wrong with it otherwise.
+    /// Complaint if it did not end as in [`failed`](Self::failed), with all of `words` in the error and nothing on standard output;
+    /// `None` if it did.
     pub(crate) fn complaint(&self, code: i32, words: &[&str]) -> Option<String> {
         let missing = || words.iter().find(|word| !self.error().contains(**word));
         if let Some(fault) = self.fault_in_failure(code) {
@@ -260,7 +260,7 @@ impl Ended {
         }
     }
 
-    /// As [`complaint`](Self::complaint), but panics.
+    /// Panics with the [`complaint`](Self::complaint), if there is one.
     pub(crate) fn refused(self, code: i32, words: &[&str]) -> Self {
         if let Some(complaint) = self.complaint(code, words) {
             panic!("{complaint}");

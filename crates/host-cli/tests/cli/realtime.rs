@@ -119,7 +119,7 @@ fn in_virtual_time_there_is_no_clock_to_report() {
     assert_eq!(names, ["experiment", "clock", "end", "verdict"]);
 }
 
-/// Without the privileges of a superuser, whoever runs this.
+/// Runs without the privileges of a superuser, whoever starts this.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_run_that_may_not_have_a_priority_goes_on_and_says_once_how_to_get_it() {

@@ -227,7 +227,7 @@ impl Rig {
     }
 }
 
-/// Of limiters and force at each tick: where the force began to fall, and where it is zero for good; none as long as it is not.
+/// Ticks at which the force began to fall and from which it is zero for good, by limiters and force at each tick; `None` as long as it is not.
 fn falls(rows: &[(u8, f64)]) -> Option<[usize; 2]> {
     let ends = Limiters::STOPPING.bits() | Limiters::FAULT.bits();
     // It was not told to begin.

@@ -45,7 +45,7 @@ impl Registers {
 static RECEIVED: Queue<RECEIVED_MAX> = Queue::new();
 static TO_SEND: Queue<TO_SEND_MAX> = Queue::new();
 
-/// To be called by the interrupt `UART0_RX`.
+/// Receives; to be called by the interrupt `UART0_RX`.
 pub fn on_receive() {
     let uart = Registers::UART;
     // Acknowledge first: a byte that comes between draining and acknowledging would be forgotten.
@@ -59,7 +59,7 @@ pub fn on_receive() {
     }
 }
 
-/// To be called by the interrupt `UART0_TX`.
+/// Sends on; to be called by the interrupt `UART0_TX`.
 pub fn on_sent() {
     let uart = Registers::UART;
     // Nobody else may write a byte in between.

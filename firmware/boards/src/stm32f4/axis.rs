@@ -47,7 +47,7 @@ impl core::fmt::Debug for Axis {
 }
 
 impl Axis {
-    /// At power-up: no force has been asked for yet, so none may act.
+    /// Axis at power-up: no force has been asked for yet, so none may act.
     pub(super) const fn new(
         encoder: Qei<TIM2>,
         command: PwmChannel<TIM1, 0>,

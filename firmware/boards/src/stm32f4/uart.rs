@@ -36,7 +36,7 @@ fn with<R>(user: impl FnOnce(&mut Sender) -> R) -> R {
     critical_section::with(|token| user(&mut SENDER.borrow_ref_mut(token)))
 }
 
-/// To be called by the interrupt `USART2`: a byte has gone, or the host fell silent.
+/// Handler to be called by the interrupt `USART2`: a byte has gone, or the host fell silent.
 pub fn on_uart() {
     with(|Sender { tx, rx }| {
         if let Some(rx) = rx
@@ -54,7 +54,7 @@ pub fn on_uart() {
     });
 }
 
-/// To be called by the interrupt `DMA1_STREAM5`: the ring is full once more.
+/// Handler to be called by the interrupt `DMA1_STREAM5`: the ring is full once more.
 pub fn on_round() {
     critical_section::with(|_| count_round(dma()));
 }

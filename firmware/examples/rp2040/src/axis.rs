@@ -124,7 +124,7 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    /// At power-up: no force has been asked for yet, so none may act.
+    /// Axis at power-up: no force has been asked for yet, so none may act.
     pub(crate) fn new(pins: Pins) -> Self {
         let enable = Output::new(pins.enable, Level::Low);
         let mut duty = pwm::Config::default();
@@ -262,7 +262,7 @@ impl Hardware for Axis {
         self.read()
     }
 
-    /// In steps of a microsecond.
+    /// Cycles in steps of a microsecond.
     fn cycles(&self) -> u32 {
         crate::tick::counter_us().wrapping_mul(CLOCK_MHZ)
     }

@@ -21,7 +21,7 @@ use haptic_board::haptic_loop::Fault;
 
 /// Samples of the encoder a second: as many counts a second can be followed.
 const SAMPLES_PER_S: u32 = 4_000_000 / BYTE_US;
-/// From the end of a byte to a tick that is due, µs: with the way into the tick about half a byte, so that a tick that comes some
+/// Time from the end of a byte to a tick that is due, µs: with the way into the tick about half a byte, so that a tick that comes some
 /// microseconds sooner or later reads the same one.
 const BEFORE_TICK_US: u32 = 8;
 /// 25 ms of them. No tick comes that late: the watchdog is sooner.
@@ -116,7 +116,7 @@ impl Encoder {
         }
     }
 
-    /// From here on samples come, and are to be counted.
+    /// Starts the samples: from here on they come, and are to be counted.
     pub(crate) fn start(&mut self) {
         if self.started {
             return;

@@ -45,7 +45,7 @@ pub(crate) struct Alarm {
 }
 
 impl Alarm {
-    /// With the highest priority; it stands still until its period is set.
+    /// Alarm with the highest priority; it stands still until its period is set.
     pub(crate) fn start() -> Self {
         // All others come after it: USB and embassy's own alarm.
         interrupt::USBCTRL_IRQ.set_priority(Priority::P3);

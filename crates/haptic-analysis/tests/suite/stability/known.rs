@@ -60,8 +60,8 @@ fn a_tissue_without_a_spring_drifts_and_beside_that_it_is_stable() {
     }
 }
 
-/// Without a hand F is c₀ + c₁v + c₂v² + c₃v³ in v = 1 − w. With v = 2s/(1 + s) the circle is the imaginary axis, its inside Re s > 0, and
-/// nothing cancels however near to v = 0 the zeros are: Hurwitz's criterion decides.
+/// Hurwitz's criterion without a hand: F is c₀ + c₁v + c₂v² + c₃v³ in v = 1 − w. With v = 2s/(1 + s) the circle is the imaginary axis, its
+/// inside Re s > 0, and nothing cancels however near to v = 0 the zeros are, so the criterion decides.
 fn by_hurwitz(alpha: f64, [beta, order]: [f64; 2], delta: f64) -> bool {
     let plant = SampledPlant::new(delta, 0.0).expect("in range");
     let [n1, n0, p] = coefficients(&plant);

@@ -104,7 +104,7 @@ fn numbers(board: &Board, frame: &[u8; TORQUES_BYTES]) -> [f64; 2] {
 pub(crate) struct Wire(pub(crate) Arc<Mutex<World>>);
 
 impl Wire {
-    /// To a board that was switched on so long ago.
+    /// Wire to a board that was switched on so long ago.
     fn after(board: Board, now_us: u64) -> Self {
         let mut world = World::new(board);
         world.now_us = now_us;
@@ -221,7 +221,7 @@ pub(crate) struct Running<const D: usize = 1> {
     pub(crate) device: TickSide<Haply2Diy<Wire, D>, D>,
     pub(crate) wire: Wire,
     tick_us: u64,
-    /// Of a loop on the host.
+    /// Law of a loop on the host.
     host: Option<HostLaw<D>>,
 }
 

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Result, Write};
 use std::sync::{Arc, Mutex, MutexGuard};
 
-/// From a line of the host to the answer, µs.
+/// Time from a line of the host to the answer, µs.
 const ROUND_TRIP_US: u64 = 300;
 /// Largest force of a run, N.
 pub(crate) const FORCE_LIMIT_N: f32 = 1.5;
@@ -42,7 +42,7 @@ impl Wire {
         Self::to(EmulatedAdapter::new(servo), true)
     }
 
-    /// To an adapter of which it is known, or not, that it takes checksums.
+    /// Wire to an adapter of which it is known, or not, that it takes checksums.
     pub(crate) fn to(adapter: EmulatedAdapter, checksum: bool) -> Self {
         let world = World {
             adapter,
@@ -145,7 +145,7 @@ impl Rig {
         Self::on(Wire::new(Shaft::LEVER), stiffness_n_per_m)
     }
 
-    /// At a port of an adapter that knows no checksums.
+    /// Rig at a port of an adapter that knows no checksums.
     pub(crate) fn without_checksum(stiffness_n_per_m: f32) -> Self {
         let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
         let adapter = EmulatedAdapter::without_checksums(servo);
@@ -171,7 +171,7 @@ impl Rig {
         rig
     }
 
-    /// With a law, and the limits of all rigs.
+    /// Rig with a law, and the limits of all rigs.
     pub(crate) fn with(wire: Wire, law: Configuration, coefficients: &[f32]) -> Self {
         let axis = wire.open(MoteusSettings::DEFAULT).expect("it answers");
         let capabilities = axis.capabilities();

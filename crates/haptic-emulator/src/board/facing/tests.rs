@@ -12,7 +12,7 @@ use haptic_remote::{TickSide, operator_shape, prepare};
 type Side = TickSide<Embodied<FacingBoard, 1>>;
 
 const T: Seconds = Seconds(1e-3);
-/// Of the controller of the indenter, N/m.
+/// Gain of the controller of the indenter, N/m.
 const GAIN: f32 = 400.0;
 /// Where that wants it, m.
 const WANTED: f32 = 2e-3;
@@ -20,7 +20,7 @@ const WANTED: f32 = 2e-3;
 /// Ticked in virtual time.
 struct Pair {
     now: TickTime,
-    /// Of the last tick of each, µs.
+    /// Time of the last tick of each, µs.
     times: [u64; 2],
     sides: [Side; 2],
     config: FacingConfig,
@@ -290,7 +290,7 @@ fn a_start_puts_both_back_unless_the_other_makes_a_force() {
     assert_eq!(newest.to_bits(), 0, "{newest}");
 }
 
-/// At rest what touches a mass is what its motor makes, with the other sign; and one mass pushes the other as it is pushed.
+/// Balance at rest: what touches a mass is what its motor makes, with the other sign; and one mass pushes the other as it is pushed.
 #[test]
 fn both_boards_sense_their_contact_and_one_without_a_sensor_nothing() {
     let ideal = ForceSensorConfig {

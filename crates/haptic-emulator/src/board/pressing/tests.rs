@@ -7,7 +7,7 @@ use haptic_loop::plant::{ForceSensorConfig, SpecimenMatter};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
 
-/// Of the specimen, N/m.
+/// Stiffness of the specimen, N/m.
 const STIFFNESS: f64 = 200.0;
 
 fn spring() -> PressedSpecimen {

@@ -29,7 +29,7 @@ pub(crate) struct DriveReport {
     pub saturated_samples: u64,
     /// The verdict before the run; null if it was skipped.
     pub preflight: Option<DriveVerdict>,
-    /// Of a device of its own.
+    /// Report of the drive's own device, if it has one.
     #[serde(flatten)]
     pub second: Option<SecondReport>,
 }

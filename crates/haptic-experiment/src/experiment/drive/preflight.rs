@@ -67,13 +67,13 @@ fn loop_verdict(
 #[derive(Debug)]
 pub(crate) struct TissueLaw {
     stiffness: f64,
-    /// As the force of a step feels it: B·T^(−μ), N/m.
+    /// Dissipation as the force of a step feels it: B·T^(−μ), N/m.
     dissipation: f64,
     operator: LoopOperator,
 }
 
 impl TissueLaw {
-    /// From K in N/m, B in N·s^μ/m and the operator.
+    /// Law with K in N/m, B in N·s^μ/m and the operator.
     pub(crate) fn new(
         stiffness: f64,
         dissipation: f64,
@@ -154,8 +154,7 @@ impl Drive {
             .map_err(|error| self.refused(&error))
     }
 
-    /// On a device that moves the indenter itself, with a tissue of K and B·s^α in front of it that is felt all the time, if its law is
-    /// that.
+    /// Verdict on a device that moves the indenter itself. `tissue` is K and B·s^α in front of it, felt all the time, if its law is that.
     pub(crate) fn on_device(
         &self,
         device: &Dynamics,
@@ -225,17 +224,17 @@ pub(crate) fn device(dynamics: &Dynamics, sample_time: Seconds) -> MassDamperCon
 /// A sample of two devices in contact, in parts of constant forces.
 #[derive(Debug)]
 struct LateSample {
-    /// Of each command, d and η.
+    /// Delay of each command: d and η.
     late: [(usize, f64); 2],
     lags: [bool; 2],
-    /// From which part of the sample on, and the motion from there to the next.
+    /// Part of the sample at which each phase begins, and the motion from there to the next.
     phases: Vec<(f64, SMatrix<f64, 8, 8>)>,
     /// Whole samples by which the command of the indenter is later still.
     later: usize,
 }
 
 impl LateSample {
-    /// Of these devices, the force on the indenter delayed by `delay_s` beyond its own delay.
+    /// Sample of these devices, with the force on the indenter delayed by `delay_s` beyond its own delay.
     fn new(devices: &FacingConfig, delay_s: f64) -> Result<Self, Failure> {
         let [renderer, indenter] = devices.devices;
         let Seconds(t) = indenter.sample_time;

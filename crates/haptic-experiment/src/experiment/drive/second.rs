@@ -27,7 +27,7 @@ pub(crate) struct SecondReport {
 
 /// The samples of a drive at the times of a run: error, and the values of the columns.
 pub(crate) struct DriveSamples {
-    /// By the time of the run, s.
+    /// Samples with the time of the run, s.
     points: Vec<(f64, [f64; 3])>,
     /// The sample before the time that was asked for last.
     at: usize,
@@ -81,7 +81,7 @@ impl DriveSamples {
         Self { points, at: 0 }
     }
 
-    /// At a time of the run, on the straight line between its neighbours, or the nearest: error, and the values of the columns. Times must
+    /// Error and values of the columns at a time of the run, on the straight line between its neighbours, or those of the nearest. Times must
     /// not fall.
     pub(crate) fn at(&mut self, time_s: f64) -> (f64, [f64; 2]) {
         let point = |n: usize| self.points.get(n);

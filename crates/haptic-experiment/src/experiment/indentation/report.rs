@@ -1,4 +1,4 @@
-//! From the run of an indentation and its theory to files, a report and curves.
+//! Files, report and curves of an indentation, from its run and its theory.
 
 use super::Indentation;
 use crate::experiment::drive::{
@@ -76,7 +76,7 @@ fn rig_is_seen(until_s: Option<f64>, duration_s: f64) -> Option<String> {
 #[derive(Clone, Copy, Debug)]
 struct Quantity {
     name: &'static str,
-    /// With its unit, on an axis.
+    /// Label of an axis, with the unit.
     label: &'static str,
     /// Suffix of a number, with the space before it.
     unit: &'static str,
@@ -91,7 +91,7 @@ struct Quantity {
 struct Moved {
     /// Divisor of a depth, m.
     length_m: f64,
-    /// In the name of a column.
+    /// Part of the name of a column.
     column: &'static str,
     /// The key of its last value.
     end: &'static str,
@@ -110,7 +110,7 @@ type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 struct Judge<'a> {
     of: &'a Indentation,
     quantity: Quantity,
-    /// By the full history, by the closed form, of the sampling alone, of the rig.
+    /// Errors against the full history, against the closed form, of the sampling alone, and of the rig.
     errors: [LargestError; 4],
     curves: Decimated<5>,
     drive: Option<Driven>,
@@ -132,7 +132,7 @@ struct Judged {
     final_over_theory: Option<f64>,
     /// That ratio, where neither the beginning nor the drive explains it.
     unexplained: Option<f64>,
-    /// From when on the tissue is seen and not the rig, s; `None` if never.
+    /// Time from which on the tissue is seen and not the rig, s; `None` if never.
     seen_from_s: Option<f64>,
     deepest_m: f64,
     /// The loop held less than the whole push at the end.
@@ -645,7 +645,7 @@ impl Indentation {
         })
     }
 
-    /// Of the samples of a run and those before them.
+    /// Full history of the samples of a run and those before them.
     fn full_history(
         &self,
         samples: Samples<'_>,

@@ -17,7 +17,7 @@ pub(super) struct Open {
 }
 
 impl Open {
-    /// By those intervals in which the device lies: whoever gives another value does not mean the device of the file.
+    /// Deviations by those intervals in which the device lies: whoever gives another value does not mean the device of the file.
     pub(super) fn of(device: &MassDamperConfig, intervals: &[Interval]) -> Self {
         let open = |parameter: Parameter, value: f64| {
             let mut found = intervals.iter().filter(|ends| ends.key == parameter.key);

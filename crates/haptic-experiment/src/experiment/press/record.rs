@@ -30,7 +30,7 @@ const APART_MOST: f64 = 0.1;
 /// Depths and forces of a press.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PressRecord {
-    /// From the end of the rest on, s.
+    /// Time since the end of the rest, s.
     pub time_s: Vec<f64>,
     /// Depth in the specimen, m.
     pub depth_m: Vec<f64>,

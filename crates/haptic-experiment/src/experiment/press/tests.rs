@@ -41,7 +41,7 @@ fn ticks(press: &Press) -> Vec<TickMessage> {
     whole(press).expect("no guard ends it")
 }
 
-/// As [`ticks`]; the fault of a press that a guard ends.
+/// Runs a press as [`ticks`] does; the fault if a guard ends it.
 fn whole(press: &Press) -> Result<Vec<TickMessage>, Fault> {
     let samples = press.check().expect("samples");
     let (mut controller, mut device) = (
@@ -328,7 +328,7 @@ fn a_loop_that_nobody_gave_crosses_over_with_its_margin_and_is_stable_in_samples
     }
 }
 
-/// From 0.9 to 65 kPa, with friction, a coarse encoder and noise: the handle overshoots by at most 5 % and is at rest within the hold.
+/// Specimens from 0.9 to 65 kPa, with friction, a coarse encoder and noise: the handle overshoots by at most 5 % and is at rest within the hold.
 #[test]
 fn a_loop_that_nobody_gave_presses_soft_and_stiff_specimens() {
     for (seed, tissue) in [

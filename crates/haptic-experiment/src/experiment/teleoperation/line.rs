@@ -30,9 +30,9 @@ impl End {
     }
 }
 
-/// From one greeting to the next.
+/// Time from one greeting to the next.
 const GREET: Duration = Duration::from_millis(50);
-/// From one answer to a stranger to the next, at least.
+/// Least time from one answer to a stranger to the next.
 const REFUSE: Duration = Duration::from_millis(5);
 /// Farewells in a row: one may be lost.
 const FAREWELLS: usize = 3;

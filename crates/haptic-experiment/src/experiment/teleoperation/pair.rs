@@ -32,7 +32,7 @@ enum World {
 pub(super) struct Body {
     plant: MassDamper<1>,
     world: World,
-    /// Of the slave, at its place.
+    /// Force sensor of the slave, at its place.
     sensor: Option<ForceSensor>,
     damping: f64,
     sample_time: f64,
@@ -202,7 +202,7 @@ impl Side {
 
 pub(super) struct Pair {
     sides: [Side; 2],
-    /// From master to slave, and back.
+    /// Ways from master to slave, and back.
     ways: [OneWayLine; 2],
     sample_time: f64,
     tick: u64,
@@ -260,7 +260,7 @@ impl Pair {
         [&self.sides[0].port, &self.sides[1].port]
     }
 
-    /// From master to slave, and back.
+    /// Ways from master to slave, and back.
     pub(super) const fn ways(&self) -> &[OneWayLine; 2] {
         &self.ways
     }

@@ -398,7 +398,7 @@ struct Side<'a> {
     port: Port<Operator<f64>>,
     body: Body,
     line: Line,
-    /// Of the hand, on the side of the master.
+    /// Motion of the hand, on the side of the master.
     motion: Option<&'a HandMotion>,
     kept: Kept,
     sample_time_s: f64,

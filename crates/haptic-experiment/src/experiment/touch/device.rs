@@ -28,7 +28,7 @@ pub(super) struct HeldAxes<const D: usize> {
 /// Energy that the hand was given, J.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HandEnergy {
-    /// In all; negative if the hand gave more.
+    /// Energy given in all; negative if the hand gave more.
     pub(super) given_j: f64,
     /// The most at any time.
     pub(super) most_j: f64,
@@ -37,7 +37,7 @@ pub(super) struct HandEnergy {
 }
 
 impl<const D: usize> HeldAxes<D> {
-    /// At rest where the hand begins, or at 0 under a force. The axes have the spring of the hand in them.
+    /// Axes at rest where the hand begins, or at 0 under a force. They have the spring of the hand in them.
     pub(super) fn new(
         mut axes: Axes<D>,
         path: HandPath,
@@ -141,7 +141,7 @@ pub(super) fn depth<const D: usize>(shape: &Shape<f64, D>, position_m: &[f64]) -
 }
 
 impl<const D: usize> TouchTick<D> {
-    /// Of a device that reports neither the aim of its hand nor the output of its motors.
+    /// Tick of a device that reports neither the aim of its hand nor the output of its motors.
     pub(super) fn unknown(shape: Shape<f64, D>) -> Self {
         let tick = TickMessage::unknown(D);
         Self { tick, shape }

@@ -41,7 +41,7 @@ pub(crate) enum TouchVerdict {
     Passive,
     /// The hand was given energy.
     GaveEnergy,
-    /// On a device, whose hand nobody measures: the shape was rendered within its limits.
+    /// The shape was rendered within its limits, on a device whose hand nobody measures.
     Rendered,
     /// A limiter of the safety chain other than the guard acted for more than 50 ms.
     Saturated,
@@ -441,7 +441,7 @@ mod tests {
     use haptic_message::PerAxis;
     use haptic_trial::tick::TickRecord as _;
 
-    /// Of a force of 5 N that pushes the hand out along (−3, −4)/5.
+    /// Sample with a force of 5 N that pushes the hand out along (−3, −4)/5.
     fn kept(sensed_n: [f64; 2]) -> KeptSample {
         let plane = TouchShape::Plane {
             normal: vec![3.0, 4.0],

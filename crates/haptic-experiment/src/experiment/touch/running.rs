@@ -93,7 +93,7 @@ impl Experiment for TouchExperiment {
         }
     }
 
-    /// On a device only the device knows where it begins.
+    /// Refuses a bad start on simulated axes: where a device begins, only the device knows.
     fn check_start(&self) -> Result<(), Failure> {
         match self.axes {
             _ if self.conduct.remote.is_some() => Ok(()),

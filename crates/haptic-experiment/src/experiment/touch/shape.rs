@@ -10,9 +10,9 @@ use std::f64::consts::{PI, TAU};
 /// Means by which the hand moves the device.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Grip {
-    /// By a spring to the point of the path, N/m, above 0.
+    /// Spring to the point of the path, N/m, above 0.
     Spring(f64),
-    /// By the force that is the point of the path, N.
+    /// Force that is the point of the path, N.
     Force,
 }
 

@@ -12,7 +12,7 @@ use nalgebra::Vector1;
 pub(crate) struct PositionLaw(ControllerHolder);
 
 impl PositionLaw {
-    /// With all of its gain this many times as large.
+    /// Law with all of the controller's gain this many times as large.
     pub(crate) fn new(controller: &PositionController, scale: f64) -> Result<Self, ControlError> {
         ControllerHolder::new(&controller.scaled(scale)?).map(Self)
     }

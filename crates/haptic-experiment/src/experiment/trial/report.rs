@@ -454,7 +454,7 @@ fn words(setup: &TrialSetup, scheme: Scheme, push_n: Option<f64>, verdict: &str)
     format!("device {device} · scheme {scheme} · {push}{verdict}{guard}")
 }
 
-/// To six significant digits, as a subtitle shows a number.
+/// Value to six significant digits, as a subtitle shows a number.
 pub(crate) fn six_digits(value: f64) -> f64 {
     // A formatted number is a number again.
     format!("{value:.5e}").parse().unwrap_or(value)
@@ -514,7 +514,7 @@ const SECOND_COLUMNS: [&str; 2] = ["indenter_position_m", "drive_force_n"];
 struct Comparison {
     files: Files,
     curves: Decimated<4>,
-    /// Of the force against the full history.
+    /// Error of the force against the full history.
     error: Compared,
     object_m: Option<f64>,
     sensed: SensedForce,

@@ -343,7 +343,7 @@ impl Device<f64, 1> for Pushed {
 impl Instrumented for Pushed {
     type Message = TickMessage;
 
-    /// Of a pair: the place of the second device, and the force between both.
+    /// Values of a device alone; of a pair, the place of the second device and the force between both.
     fn observe(&self) -> TickMessage {
         match self {
             Self::Alone(device) => device.observe(),

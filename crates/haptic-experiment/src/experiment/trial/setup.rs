@@ -104,7 +104,7 @@ impl TrialSetup {
         }
     }
 
-    /// As it is really tried: a serial device cannot be thrown.
+    /// Plan of the trial as it is really tried: a serial device cannot be thrown.
     pub(crate) fn plan(&self) -> TrialPlan {
         match self.conduct.remote {
             Some(_) => self.plan.starting_at_rest(),

@@ -56,7 +56,7 @@ pub(super) struct Bench<'a> {
 /// α, β, and of a tissue the factor by which its specimen may grow.
 pub(super) type Wall = (f64, f64, Option<f64>);
 
-/// Of the operator that runs.
+/// Noise gain of the operator that runs.
 fn noise_gain(
     model: Option<&Model>,
     scheme: Scheme,

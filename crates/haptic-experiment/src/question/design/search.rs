@@ -77,8 +77,8 @@ const GAINS_OF_ALL: [f64; 2] = [1.03, 1.08];
 const QUARTERS: std::ops::RangeInclusive<i32> = -12..=12;
 /// First and last step around it: of the ratio, octaves; the order moves by as much of 0.25.
 const STEPS: (f64, f64) = (0.5, 0.05);
-/// In a look of 5 s: times the limit that a force varies by, and share of its variation over the second half that it has at the end, if
-/// neither 20 s bring it to rest: an exponential that falls by less is above the limit after 15 s.
+/// Signs in a look of 5 s that 20 s do not bring a force to rest either: times the limit that it varies by, and share of its variation over the
+/// second half that it has at the end. An exponential that falls by less is above the limit after 15 s.
 const RESTLESS: (f64, f64) = (3.0, 0.9);
 /// A candidate must be better by this share to win over one of lower order.
 const BETTER: f64 = 1e-6;
@@ -103,7 +103,7 @@ pub(super) struct Found {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outcome {
     pub(super) passes: bool,
-    /// Of the trial that failed, or of the last.
+    /// Settling in the trial that failed, or in the last.
     pub(super) settling: Settling,
     /// The worst of all trials, N.
     noise_n: Option<f64>,
@@ -144,9 +144,9 @@ fn failed(verdict: TrialVerdict) -> String {
 /// One trial of a wall.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Try {
-    /// In the usual one.
+    /// Push, in those of the usual trial.
     pub(super) push: f64,
-    /// Of the noise, from that of the device.
+    /// Seed of the noise, counted from that of the device.
     pub(super) seed: u32,
     /// Share of a step of the encoder by which it rests elsewhere.
     pub(super) moved: f64,

@@ -71,7 +71,7 @@ pub(in crate::question) fn opened(
     Ok((link, set, plan))
 }
 
-/// From limits to rest: what `conduct` does with the axis of an armed device, within the limits of the plan.
+/// Sets the limits, arms the device and brings it to rest again; between, `conduct` has its axis within the limits of the plan.
 pub(in crate::question) fn armed<T>(
     plan: &MeasurePlan,
     remote: &RemoteDevice,

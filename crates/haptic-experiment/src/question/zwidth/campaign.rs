@@ -27,7 +27,7 @@ pub(super) struct Cell {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Extent {
     pub(super) dissipation: f64,
-    /// Of a real device: walls that came to rest.
+    /// Walls of a real device that came to rest.
     pub(super) settled: Option<Settled>,
 }
 
@@ -51,7 +51,7 @@ pub(super) struct Campaign {
 }
 
 impl Campaign {
-    /// Of this question; from a file that may be there already.
+    /// Opens the campaign of this question, from a file that may be there already.
     pub(super) fn open(path: &Path, question: &str) -> Result<Self, Failure> {
         let opened = LineFile::open(path, &text(&Line::Campaign(question.to_owned()))?);
         if let Err(NewFileError::Foreign(_)) = &opened {

@@ -39,7 +39,7 @@ const FALLEN_WITHIN: Duration = Duration::from_secs(5);
 const OUT_WITHIN: Duration = Duration::from_secs(30);
 /// A trial without a sample for so long is held up, or its line is.
 const SILENCE: Duration = Duration::from_secs(2);
-/// From one look for a stop to the next.
+/// Time from one look for a stop to the next.
 const LOOK: Duration = Duration::from_millis(50);
 /// Between two questions whether it has.
 const PAUSE: Duration = Duration::from_millis(10);

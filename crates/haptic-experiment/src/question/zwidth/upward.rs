@@ -20,7 +20,7 @@ const HALVINGS: u32 = 8;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Settled(Vec<(f64, f64)>);
 
-/// From the softest to the stiffest.
+/// Values from the softest to the stiffest, each twice the one before.
 fn doubling(most: f64) -> impl Iterator<Item = f64> {
     (0..=DOUBLINGS)
         .rev()
@@ -80,7 +80,7 @@ impl Settled {
         settled
     }
 
-    /// Of scales of one law: the softest that comes to rest, at a β of 0.
+    /// The softest of scales of one law that comes to rest, at a β of 0.
     pub(super) fn softest(most: f64, rests: impl Fn(f64) -> bool) -> Self {
         let first = doubling(most).find(|&scale| rests(scale));
         Self(first.map(|scale| (0.0, scale)).into_iter().collect())

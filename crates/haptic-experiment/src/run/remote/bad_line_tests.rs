@@ -58,7 +58,7 @@ pub(crate) struct BadPair<'a> {
 
 /// A device's end of a line, and what is on the way.
 struct Device {
-    /// By its own clock when the host's is 0, µs, and its rate.
+    /// Time by its own clock when the host's is 0, µs, and its rate.
     offset_us: u64,
     rate: f64,
     /// Time of tick 0 by the host's clock, µs.

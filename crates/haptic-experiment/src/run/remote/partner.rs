@@ -76,7 +76,7 @@ pub(super) type Clock = Arc<dyn Fn() -> Option<DeviceClock> + Send + Sync>;
 pub(super) struct Partner<'a> {
     both: &'a Both,
     pub side: Side,
-    /// Of the tissue's device and of the drive's.
+    /// Clocks of the tissue's device and of the drive's.
     clocks: [Clock; 2],
     /// Silence of the other side after which this device is stopped.
     patience: Duration,
@@ -94,7 +94,7 @@ pub(super) struct Partner<'a> {
 }
 
 impl<'a> Partner<'a> {
-    /// Of a device with this watchdog time.
+    /// Partner of a device with this watchdog time.
     pub(super) fn new(
         both: &'a Both,
         side: Side,

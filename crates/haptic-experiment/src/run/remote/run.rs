@@ -85,7 +85,7 @@ impl<'a, M> RemoteRun<'a, M> {
         self.steered(controller, &mut (), |_, _| Ok(()), supervisor)
     }
 
-    /// As [`run`](Self::run), but somebody may change the law between ticks, and hears of the device before it is armed: how many samples
+    /// Runs as [`run`](Self::run) does, but somebody may change the law between ticks, and hears of the device before it is armed: how many samples
     /// its loop here is late, and in how many ticks its force rises.
     pub(crate) fn steered<F: Real, E: Environment<F, D>, const D: usize>(
         self,

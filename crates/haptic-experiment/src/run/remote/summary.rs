@@ -63,7 +63,7 @@ pub(crate) struct LinkSummary {
     pub to_device_reason: Option<&'static str>,
     /// Requests that were sent again.
     pub retries: u32,
-    /// From a keep-alive to its answer; null if none came.
+    /// Time from a keep-alive to its answer; null if none came.
     pub round_trip_us: Option<RoundTrip>,
     pub round_trip_reason: Option<&'static str>,
 }
@@ -78,7 +78,7 @@ impl LinkSummary {
     }
 }
 
-/// From a request to its answer, µs.
+/// Times from a request to its answer, µs.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub struct RoundTrip {
     /// Half of the questions were answered in this time.

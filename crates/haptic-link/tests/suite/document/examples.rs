@@ -59,7 +59,7 @@ fn cobs_of(content: &[u8]) -> String {
     example("", &[("content", content), ("line", &line[..=length])])
 }
 
-/// In the order of the document.
+/// Examples in the order of the document.
 pub(super) fn examples() -> Vec<String> {
     [opening(), configuring(), running()].concat()
 }

@@ -53,9 +53,9 @@ fn listed(text: &str, kind: &str, first: &Row) -> BTreeMap<String, Section> {
 /// The document, taken apart.
 pub(super) struct Document {
     pub(super) text: String,
-    /// By heading up to the last comma, as "Request 9, start".
+    /// Sections by heading up to the last comma, as "Request 9, start".
     pub(super) sections: BTreeMap<String, Section>,
-    /// By name, each number with its name.
+    /// Enumerations by name, each number with its name.
     pub(super) enumerations: BTreeMap<String, BTreeMap<u8, String>>,
 }
 

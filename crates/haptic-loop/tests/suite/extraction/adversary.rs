@@ -54,7 +54,7 @@ pub(super) struct Case {
     pub(super) motion: Motion,
     /// N; and N/s, or none.
     pub(super) limits: (f64, Option<f64>),
-    /// With a ramp after the start, braking at any speed by so much (N·s/m), and a stop now and then.
+    /// Braking at any speed, N·s/m, with a ramp after the start and a stop now and then.
     pub(super) braking: Option<f64>,
     pub(super) seed: u64,
 }

@@ -30,7 +30,7 @@ struct Press {
 }
 
 impl Press {
-    /// From a height above the tissue.
+    /// Press from a height above the tissue.
     fn new(height: f64) -> Self {
         let rest = if height > 0.0 { 0.0 } else { 2.0 };
         let times: Vec<f64> = (0..200)
@@ -68,7 +68,7 @@ impl Press {
         }
     }
 
-    /// With the axis shifted, m, an offset and noise, shares of the largest force.
+    /// Record with the axis shifted, m, an offset and noise, shares of the largest force.
     fn record(
         &self,
         contact: ContactPoint,
@@ -159,7 +159,7 @@ fn inside(count: u64, seeds: impl Iterator<Item = u64>) -> [usize; 4] {
     inside
 }
 
-/// Of 40 truths all but 5 at most: with 95 % intervals that fails once in 300 draws of seeds, and of 80 % nearly always.
+/// All but 5 at most of 40 truths are inside: with 95 % intervals that fails once in 300 draws of seeds, and with 80 % nearly always.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn intervals_know_that_contact_and_baseline_are_fitted() {

@@ -18,7 +18,7 @@ struct Made {
 
 const ROWS: usize = 60;
 
-/// Of each quarter of the seeds: a power law and a Zener model relax, a spring and a dashpot are swept, a spring-pot creeps and recovers.
+/// Table for a seed, by quarters: a power law and a Zener model relax, a spring and a dashpot are swept, a spring-pot creeps and recovers.
 fn made(seed: u64) -> Made {
     let (mut random, mut draw) = (Random(seed), normal(seed));
     let step = 4.0 / (ROWS - 1) as f64;

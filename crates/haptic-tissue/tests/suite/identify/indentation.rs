@@ -318,7 +318,7 @@ fn by_night_the_truth_of_indentations_is_inside_ninety_five_of_a_hundred_interva
     assert!((0.92..=0.98).contains(&share), "{inside} of {all}");
 }
 
-/// Without noise the model itself, whatever the shape, and in any motion that grows.
+/// The model itself comes back without noise, whatever the shape, and in any motion that grows.
 #[test]
 fn the_memory_of_any_shape_comes_back() {
     let (kind, truth, model) = truth(2);
@@ -376,7 +376,7 @@ fn a_shear_record_compresses_with_three_times_its_force() {
     assert_eq!((pressed / sheared).to_bits(), 3.0_f64.to_bits());
 }
 
-/// In and out again: what shrinks is left out and said; a punch keeps its contact, and all is fitted.
+/// Motion in and out again: what shrinks is left out and said; a punch keeps its contact, and all is fitted.
 #[test]
 fn a_retraction_is_left_out_of_growing_contact_and_said() {
     let (kind, truth, model) = truth(0);

@@ -67,7 +67,7 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Of `columns time=1,modulus=3 units time=min`; none of `-`.
+/// Reader with options such as `columns time=1,modulus=3 units time=min`; without options for `-`.
 pub(super) fn reader(options: &str) -> Reader {
     let mut reader = Reader::default();
     let words: Vec<&str> = options.split_whitespace().collect();
@@ -162,7 +162,7 @@ fn files_of_instruments_are_read() {
     );
 }
 
-/// Without the options that a file needs it is refused, or no record is in it: nothing is guessed.
+/// A file without the options that it needs is refused, or no record is in it: nothing is guessed.
 #[test]
 fn what_needs_a_word_says_so() {
     for [name, options, law] in testkit::table(LAYOUTS) {

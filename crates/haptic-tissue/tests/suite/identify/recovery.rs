@@ -112,7 +112,7 @@ fn the_truth_is_inside_ninety_five_of_a_hundred_intervals() {
     );
 }
 
-/// Of slow noise, which has 9 samples where it has an independent one, the standard errors of white noise hold some half of the truths.
+/// Standard errors of white noise hold some half of the truths in slow noise, which has 9 samples where it has an independent one.
 #[test]
 fn slow_noise_widens_the_intervals_by_itself() {
     let (inside, white) = coverage(100, 0.8, 15);
@@ -211,7 +211,7 @@ fn a_truth_that_the_record_cannot_refuse_is_inside_every_interval() {
     assert!(within >= 10 && far >= 5, "{within} {far}");
 }
 
-/// Of a spring-pot ln G = ln V − α ln t − ln Γ(1 − α): at any V the least sum of squares is that over α, tried everywhere here.
+/// Least sum of squares of a spring-pot, ln G = ln V − α ln t − ln Γ(1 − α): at any V it is that over α, tried everywhere here.
 #[test]
 fn the_ends_are_where_the_profile_meets_its_limit() {
     const SAMPLES: usize = 12;

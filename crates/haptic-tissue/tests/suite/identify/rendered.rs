@@ -6,7 +6,7 @@ use haptic_tissue::identify::{Identification, Options, Record};
 use haptic_tissue::{FullHistory, Library, Model, ModelKind, SampledModel};
 use testkit::{Random, assert_close, assert_relative, tissue::model};
 
-/// As `relax` imposes it: a ramp to 5 % in a second, then held until 4 s, of a tissue that is rendered at this sample time.
+/// Record as `relax` imposes it: a ramp to 5 % in a second, then held until 4 s, of a tissue that is rendered at this sample time.
 fn rendered(tissue: &Model, sample_time_s: f64) -> Record {
     relaxed(tissue, sample_time_s, 1.0, 4.0)
 }
@@ -40,7 +40,7 @@ fn found(record: &Record, candidates: &[ModelKind]) -> Identification {
     found
 }
 
-/// As `creep` imposes it: a stress from the first sample on.
+/// Record as `creep` imposes it: a stress from the first sample on.
 fn crept(tissue: &Model, sample_time_s: f64, count: usize) -> Record {
     let (mut history, times) = at_rest(tissue, sample_time_s, count);
     let strains = times.iter().map(|_| {
@@ -140,7 +140,7 @@ const FEWEST: [ModelKind; 4] = [
     ModelKind::FractionalZener,
 ];
 
-/// Of two orders at the usual sample time.
+/// Two orders at the usual sample time.
 #[test]
 fn a_rendered_spring_pot_is_a_spring_pot() {
     for (viscosity, order, sample_time_s) in [(8650.0, 0.2247, 1e-3), (52.4, 0.2857, 5e-3)] {

@@ -43,7 +43,7 @@ fn least(strain: &[f64], stress: &[f64]) -> f64 {
     low
 }
 
-/// As where compression is written below 0, in both columns.
+/// Record in which compression is written below 0, in both columns.
 #[test]
 fn a_convex_record_of_two_negative_columns_is_turned() {
     let times = evenly(0.1, 51);

@@ -48,7 +48,7 @@ fn a_table_of_depth_and_force_alone_gives_a_spring() {
     }
 }
 
-/// Of a spring-pot whose order is held at 0 too; V = Σεσ/Σε², whatever the times.
+/// Modulus of a spring, and of a spring-pot whose order is held at 0: V = Σεσ/Σε², whatever the times.
 #[test]
 fn a_motion_with_equal_times_is_fitted_without_memory() {
     let times = vec![0.0, 0.1, 0.1, 0.3, 0.3, 0.3, 0.7];

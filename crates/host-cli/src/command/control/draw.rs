@@ -170,7 +170,7 @@ fn level(points: &[LoopPoint], height: f64) -> Points {
     ends.map(|point| (point.omega_rad_s, height)).collect()
 }
 
-/// From a floor to above the highest: at half the sample rate the hold has a zero, which would be all of the picture.
+/// Axis from a floor to above the highest: at half the sample rate the hold has a zero, which would be all of the picture.
 fn decibels(label: &'static str, points: &[&Points], floor: f64) -> AxisSpec<'static> {
     let all = points.iter().flat_map(|points| points.iter());
     let highest = all.map(|point| point.1).fold(0.0, f64::max);

@@ -40,7 +40,7 @@ macro_rules! keys {
     };
 }
 
-/// As `device get` names them, and what operators and guards are made from; but for the [`limits`] of the safety chain.
+/// Keys as `device get` names them, and those that operators and guards are made from; but for the [`limits`] of the safety chain.
 const KEYS: &[Key] = keys! {
     "loop", "Where the loop runs: device or host";
     "sample_time_s", "Sample time of the loop; needs order too";
@@ -132,7 +132,7 @@ pub(super) struct Changes {
 }
 
 impl Changes {
-    /// Of `KEY=VALUE`, each key with its unit or without.
+    /// Reads changes from `KEY=VALUE`, each key with its unit or without.
     ///
     /// # Errors
     /// A key that is not one, or twice; a value that is not one; a key without another that it needs.

@@ -338,7 +338,7 @@ impl Details {
     }
 }
 
-/// Of the contact of two boards: N/m, N·s/m, N, m.
+/// Ranges of the contact of two boards: N/m, N·s/m, N, m.
 const CONTACT_STIFFNESSES: Range = Range::AboveUpTo(0.0, 1e7);
 const CONTACT_DAMPINGS: Range = Range::Within(0.0, 1e5);
 const CONTACT_FRICTIONS: Range = Range::Within(0.0, 1e3);

@@ -139,7 +139,7 @@ fn curve(found: &Identification, fit: &Fit) -> Points {
     [first, vec![(f64::NAN, f64::NAN)], second].concat()
 }
 
-/// With a gap before each time that begins anew: several motions are several curves.
+/// Points with a gap before each time that begins anew: several motions are several curves.
 fn apart(points: Points) -> Points {
     let mut curves = Points::new();
     for point in points {
@@ -228,7 +228,7 @@ mod tests {
         let drawn = residuals(&found, &fit);
         assert!((drawn[1] - 10.0).abs() < 1e-9, "{drawn:?}");
     }
-    /// Of a spring-pot of 2 kPa·s^0.3 the moduli are V·ω^α·cos and sin(πα/2) and V·t^(−α)/Γ(1−α), Γ(0.7) = 1.298 055 332 647 558.
+    /// Moduli of a spring-pot of 2 kPa·s^0.3: V·ω^α·cos and sin(πα/2) and V·t^(−α)/Γ(1−α), Γ(0.7) = 1.298 055 332 647 558.
     #[test]
     fn a_model_is_drawn_between_the_samples_too() {
         let alpha = 0.3;

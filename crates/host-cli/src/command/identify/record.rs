@@ -1,4 +1,4 @@
-//! From the file to a record.
+//! Record that a file holds.
 
 use crate::mcap::{self, warn_of_order};
 use crate::table;

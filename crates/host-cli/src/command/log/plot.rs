@@ -421,7 +421,7 @@ fn panels(runs: &[Run], over_depth: bool) -> Vec<Panel<'static>> {
         .collect()
 }
 
-/// In words, as `position x` on one of several axes.
+/// Caption in words, as `position x` on one of several axes.
 fn caption(key: &str, axis: usize, axes: usize) -> String {
     label(&column_name(key, axis, axes))
 }

@@ -355,7 +355,7 @@ fn begun(ended: &Ended) -> Option<Value> {
     None
 }
 
-/// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the motion is held in
+/// A busy machine may make a fault of it by the clock, or skip periods. How near the force is to the sum over the motion is held in
 /// virtual time, by the tests of `haptic-devices`.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -428,7 +428,7 @@ const EDGE: &str = "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n
 const BOTH: &str = "--device haply:2diy watchdog=1s late_ticks=0 max_age_ticks=200 --out run --overwrite \
                     --quiet --json";
 
-/// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the depth is held in
+/// A busy machine may make a fault of it by the clock, or skip periods. How near the force is to the sum over the depth is held in
 /// virtual time, by the tests of `haptic-devices`.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]

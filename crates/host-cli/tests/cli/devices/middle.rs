@@ -54,7 +54,7 @@ impl Middle {
         Self { deaf, floods }
     }
 
-    /// From now on the host hears this alone, over and over without a pause, or nothing.
+    /// Lets the host hear this alone from now on, over and over without a pause, or nothing.
     pub(super) fn floods(&self, words: &'static [u8]) {
         *self.floods.lock().expect("nobody panicked") = Some(words);
     }

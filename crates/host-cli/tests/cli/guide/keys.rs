@@ -15,7 +15,7 @@ const FILE: &str = "experiment-keys.md";
 /// What stands above is written by hand, what stands below is made here.
 const MARK: &str =
     "<!-- Made from the tables: UPDATE_GUIDE=1 cargo test -p host-cli --test cli guide::keys -->\n";
-/// With this in the environment the page is written, not compared.
+/// Variable with which the page is written, not compared.
 const UPDATE: &str = "UPDATE_GUIDE";
 
 /// A line for people, and the default that some of them tell in words: `…, 1ms to 1s [default: 0.1s]`.

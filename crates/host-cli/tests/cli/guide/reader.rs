@@ -23,7 +23,7 @@ use testkit::{
     skip,
 };
 
-/// With this in the environment, output on the pages is replaced by what the commands print.
+/// Variable with which output on the pages is replaced by what the commands print.
 const UPDATE: &str = "UPDATE_GUIDE";
 /// A line that stands for any number of lines.
 const LEFT_OUT: &str = "…";
@@ -307,7 +307,7 @@ fn matches(shown: &str, printed: &str) -> bool {
     }
 }
 
-/// On a page with output no number in the text is made up.
+/// Asserts that on a page with output no number in the text is made up.
 fn assert_numbers_stand_in_blocks(file: &str, page: &Markdown) {
     if !page.blocks.iter().any(|block| block.note == "output") {
         return;

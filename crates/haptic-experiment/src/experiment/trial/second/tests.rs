@@ -52,8 +52,8 @@ fn analysed(wall: &WallExperiment) -> bool {
     verdict.expect("judges").stable
 }
 
-/// At rest the force between both, the push and the wall's are one: x = F/K of a damper, F/(K + B) of a spring; other orders creep there for
-/// longer than the trial lasts. Walls within half the region of the one device alone are stable for both pushers, walls beyond twice that of
+/// Balance at rest: the force between both, the push and the wall's are one: x = F/K of a damper, F/(K + B) of a spring; other orders creep there
+/// for longer than the trial lasts. Walls within half the region of the one device alone are stable for both pushers, walls beyond twice that of
 /// both as one body for neither.
 #[test]
 fn a_second_device_comes_to_rest_at_the_push_over_the_stiffness_and_is_judged_as_the_own_motor_is()

@@ -24,7 +24,7 @@ struct Board {
     scale_n_per_m: f64,
     hung_n: f64,
     sensor: (ForceSensor, f64),
-    /// On the scale now, N.
+    /// Force on the scale now, N.
     shown_n: Arc<Mutex<f64>>,
     sensed_n: f64,
     largest_n: f64,

@@ -26,7 +26,7 @@ const FORCE_MAX_N: f32 = 8.0;
 /// A handle that nobody holds.
 struct Handle {
     plant: MassDamper<1>,
-    /// By so much it creeps while it rests, m; a number that changes by itself.
+    /// Distance by which it creeps at most while it rests, m, times a number that changes by itself.
     drift_m: f64,
     chance: u64,
     /// Force of each tick, N.
@@ -274,7 +274,7 @@ impl Night {
         zwidth.searched(Some(trials), &progress, &stop)
     }
 
-    /// On a board that is emulated by the clock.
+    /// Report of a board that is emulated by the clock.
     fn by_the_clock(&self) -> ZWidthReport {
         let (here, far_end) = Pipe::pair();
         let board = Emulation {

@@ -257,7 +257,7 @@ fn a_line_that_is_lost_before_a_stop_was_heard_is_what_ended_the_run() {
     });
 }
 
-/// Of a pair whose clocks are not known, and of which 100 samples count.
+/// Partner in a pair whose clocks are not known, and of which 100 samples count.
 fn partner(both: &Both, side: Side) -> Partner<'_> {
     let none: Clock = Arc::new(|| None);
     let clocks = [Arc::clone(&none), none];

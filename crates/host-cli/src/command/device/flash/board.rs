@@ -6,9 +6,9 @@ use std::ops::Range;
 /// A board of `firmware/`.
 #[derive(Debug)]
 pub(super) struct Board {
-    /// As the device calls itself; `cargo image-NAME` builds its image.
+    /// Name by which the device calls itself; `cargo image-NAME` builds its image.
     pub(super) name: &'static str,
-    /// As it is called where it is sold; empty if there is no other name.
+    /// Name under which it is sold; empty if there is no other name.
     pub(super) sold_as: &'static str,
     /// Folder of its workspace, below that of the firmware.
     pub(super) folder: &'static str,
@@ -19,9 +19,9 @@ pub(super) struct Board {
 /// Way to load an image into a board.
 #[derive(Debug)]
 pub(super) enum Way {
-    /// As probe-rs calls the chip.
+    /// Name by which probe-rs calls the chip.
     Probe(&'static str),
-    /// As the boot loader calls its board, its family of images.
+    /// Name by which the boot loader calls its board, and its family of images.
     Drive(&'static str, u32),
 }
 

@@ -19,7 +19,7 @@ pub(super) fn mounted() -> Vec<PathBuf> {
     fat.map(|disk| disk.mount_point().to_owned()).collect()
 }
 
-/// As the boot loader at a place calls its board.
+/// Name by which the boot loader at a place calls its board.
 pub(super) fn board_id(mount: &Path) -> Option<String> {
     let mut info = String::new();
     let file = File::open(mount.join("INFO_UF2.TXT")).ok()?;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// An image for a board.
 pub(super) struct Image {
     pub(super) file: PathBuf,
-    /// From the beginning of the flash on, 0 where nothing stands.
+    /// Contents from the beginning of the flash on, 0 where nothing stands.
     pub(super) contents: Vec<u8>,
     identity: Identity,
 }
@@ -89,7 +89,7 @@ impl std::fmt::Display for Identity {
 }
 
 impl Identity {
-    /// In a flash that begins at this address; see [`haptic_link::IMAGE_MARK`] and `haptic_board::Image`.
+    /// Identity in a flash that begins at this address; see [`haptic_link::IMAGE_MARK`] and `haptic_board::Image`.
     fn find(flash: &[u8], begin: u32) -> Option<Self> {
         let mut marks = flash.windows(IMAGE_MARK.len()).enumerate();
         marks.find_map(|(at, window)| {
