@@ -50,24 +50,27 @@ fn a_run_is_not_usable(kind: &str, device: &str) {
     assert_says(ended.error(), "the log is run/relax.mcap");
 }
 
-/// Reads the standard error of a command until a line says this, then pulls the plug of its device; how the command ended.
-fn unplugged_after(mut run: Child, device: &mut Emulated, words: &str) -> Ended {
+/// Reads the standard error of a command until a line says this, then pulls the plug of its device; how the command ended, or `None` if it
+/// did before: a busy machine may lose a board that is slow.
+fn unplugged_after(mut run: Child, device: &mut Emulated, words: &str) -> Option<Ended> {
     let mut stderr = BufReader::new(run.stderr.take().expect("piped"));
     let mut message = String::new();
     while !message.contains(words) {
         let count = stderr.read_line(&mut message).expect("is text");
         if count == 0 {
-            // A machine that is too busy to open it.
             break;
         }
     }
     // Into the middle of it, or to its beginning on a busy machine: the claim is the same.
     std::thread::sleep(Duration::from_millis(200));
+    if run.try_wait().expect("is asked").is_some() {
+        return None;
+    }
     device.kill();
     stderr.read_to_string(&mut message).expect("is text");
     let mut output = run.wait_with_output().expect("ends");
     output.stderr = message.into_bytes();
-    Ended::new(words.to_owned(), &output)
+    Some(Ended::new(words.to_owned(), &output))
 }
 
 /// It says in one line that the device is gone, what to look at, and no number.
@@ -94,8 +97,11 @@ fn a_measurement_of_a_device_that_goes_away_tells_no_numbers() {
             "device measure --device {name} --force-limit 1.5N --duration 60s --sample-time 5ms watchdog=1s max_age_ticks=1000 \
              --out model.toml --json"
         );
-        let run = device.place.start(&line);
-        let ended = unplugged_after(run, &mut device, "the limits set on the device").failed(3);
+        let ended = until("a measurement", || {
+            let run = device.place.start(&line);
+            unplugged_after(run, &mut device, "the limits set on the device")
+        });
+        let ended = ended.failed(3);
         says_that_it_is_gone(&ended);
         assert_eq!(ended.stdout, "", "{ended}");
         assert!(!device.place.path("model.toml").exists());
