@@ -69,6 +69,6 @@ fn indented(tissue: [f64; 5]) -> Result<Record, Box<dyn std::error::Error>> {
     let shape = sphere.shape(Modulus::Young);
     let force = (0_u32..).zip(stress);
     let force =
-        force.map(|(n, stress)| shape * stress * (1.0 + 0.01 * (37.0 * f64::from(n)).sin()));
+        force.map(|(n, stress)| shape * stress * (1.0 + 0.01 * libm::sin(37.0 * f64::from(n))));
     Ok(Record::pressed(time_s, depth_m, force.collect(), &sphere)?)
 }

@@ -42,7 +42,7 @@ pub(crate) struct ModuloRing<F, const N: usize>([F; N]);
 impl<F: Real, const N: usize> ModuloRing<F, N> {
     /// The factors of the newest N samples, in s^(−μ).
     pub(crate) fn new() -> Self {
-        let gain = SAMPLE_TIME.0.powf(-order().get());
+        let gain = libm::pow(SAMPLE_TIME.0, -order().get());
         let mut weights = grunwald_weights(order());
         Self(std::array::from_fn(|_| {
             F::from_f64(gain * weights.next().unwrap_or(0.0))
