@@ -1,4 +1,7 @@
-//! A trial in virtual time: a device hits a wall and is pushed into it.
+//! A trial in virtual time: a device hits a wall and is pushed into it. A single trial and the search for a Z-width share this.
+//!
+//! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
+//! wall remembers nothing. From then on the push acts.
 
 use crate::preflight::WallContact;
 use crate::settling::{Criterion, Judge, Settling, Tolerance, TrialScales};

@@ -1,4 +1,4 @@
-//! A law that begins whole in a hand, becomes another without a bump, and may change its place.
+//! A law in a hand: it starts at full stiffness, can be exchanged without a jump, and can change its place.
 
 pub mod fading;
 pub mod hand;

@@ -1,4 +1,4 @@
-//! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
+//! Keys of every table: the device at a port; and metadata of every log.
 
 use super::kind::Conduct;
 use crate::run::device::DeviceName;

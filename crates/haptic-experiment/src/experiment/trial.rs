@@ -1,7 +1,4 @@
-//! A device that hits a wall and is pushed into it: what a single trial and the search for a Z-width share.
-//!
-//! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
-//! wall remembers nothing. From then on the push acts.
+//! A device that hits a wall and is pushed into it, as an experiment: its plan and the try-out in virtual time are in [`haptic_judge::trial`].
 
 mod position_law;
 mod report;
