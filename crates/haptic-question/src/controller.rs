@@ -83,7 +83,7 @@ impl CommandLimits {
 ///
 /// # Errors
 /// No scheme, or one that is not for a controller.
-pub fn controller_scheme(text: &str) -> Result<Scheme, String> {
+pub(crate) fn controller_scheme(text: &str) -> Result<Scheme, String> {
     let scheme: Scheme = text
         .parse()
         .map_err(|error: fracdiff::SchemeError| error.to_string())?;
@@ -99,7 +99,7 @@ pub fn controller_scheme(text: &str) -> Result<Scheme, String> {
 ///
 /// # Errors
 /// If it has no height.
-pub fn check_step(height: f64) -> Result<(), Failure> {
+pub(crate) fn check_step(height: f64) -> Result<(), Failure> {
     match height {
         0.0 => Err(Failure::bad_input(format_args!(
             "a step of height 0 moves nothing: give {STEP} another height"

@@ -22,7 +22,7 @@ use std::f64::consts::LN_10;
 ///
 /// # Errors
 /// A crossover for which it would be outside its range.
-pub fn sample_time_for(crossover_rad_s: f64) -> Result<Seconds, Failure> {
+pub(crate) fn sample_time_for(crossover_rad_s: f64) -> Result<Seconds, Failure> {
     let sample_time = usual_sample_time(crossover_rad_s);
     if SAMPLE_TIME.range().contains(sample_time.0) {
         return Ok(sample_time);
@@ -45,7 +45,7 @@ const APART: f64 = 1e6;
 ///
 /// # Errors
 /// As said, with the reason.
-pub fn check_gain(plant: &Plant, crossover_rad_s: f64) -> Result<(), Failure> {
+pub(crate) fn check_gain(plant: &Plant, crossover_rad_s: f64) -> Result<(), Failure> {
     let (low, high) = plant.band();
     let omega = Shown(crossover_rad_s);
     if high.is_finite() && !(low < crossover_rad_s && crossover_rad_s < high) {
@@ -171,7 +171,7 @@ pub const fn in_short(analysis: &LoopAnalysis) -> &'static str {
 
 /// A sentence that says how a factor after a division was read, if the notation has one.
 #[must_use]
-pub fn loose_factor(what: &str, text: &str) -> Option<String> {
+pub(crate) fn loose_factor(what: &str, text: &str) -> Option<String> {
     let (before, factor) = text.split_at(factor_after_division(text)?);
     Some(format!(
         "{what} \"{}\": what follows \"{}\" multiplies; put brackets around \"{}\" if it divides",
@@ -183,7 +183,7 @@ pub fn loose_factor(what: &str, text: &str) -> Option<String> {
 
 /// Key and words of a wish, and its value in the unit of the key.
 #[must_use]
-pub fn row_of_wish(name: WishName) -> (&'static str, &'static str, fn(f64) -> f64) {
+pub(crate) fn row_of_wish(name: WishName) -> (&'static str, &'static str, fn(f64) -> f64) {
     let same: fn(f64) -> f64 = |value| value;
     match name {
         WishName::Crossover => ("crossover_rad_s", "crossover / rad/s", same),

@@ -24,7 +24,7 @@ const HAND_SPEED_M_PER_S: f64 = 0.5;
 /// Time constant of each of the two smoothings, s: a pointer reports its position 60 times a second.
 const SMOOTHING_S: f64 = 0.006;
 /// Place of the device before it is touched, m: in front of the surface.
-pub const START_M: f64 = -5e-3;
+pub(crate) const START_M: f64 = -5e-3;
 
 #[derive(Clone, Copy, Debug)]
 struct Pointer {
