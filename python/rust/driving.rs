@@ -5,7 +5,7 @@
 //! left to that. Of the signal that becomes a `KeyboardInterrupt` the runs hear as well: Python raises it only when its main thread runs
 //! again, which one that waits for input may not do for long.
 
-use haptic_experiment::run::signals::{signals, uncaught};
+use haptic_run::signals::{signals, uncaught};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use signal_hook::{SigId, flag, low_level};

@@ -5,7 +5,7 @@ use crate::driving::Driving;
 use crate::experiment::{document, failed, provenance};
 use crate::json::to_python;
 use haptic_experiment::Failure;
-use haptic_experiment::RealtimeOptions;
+use haptic_run::RealtimeOptions;
 use haptic_experiment::live::{Session, SessionOptions};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -17,7 +17,7 @@ const COMMAND: &str = "host-cli";
 /// Crate, and its rooms from the ground up: a room uses only those before it.
 const ROOMS: &[(&str, &[&str])] = &[(
     "haptic-experiment",
-    &["run", "judge", "experiment", "question", "open", "live"],
+    &["judge", "experiment", "question", "open", "live"],
 )];
 
 /// Crates that may use any: the command, and the root package, whose library only re-exports.
@@ -290,6 +290,7 @@ fn a_sentence_is_written_once_and_its_keys_are_values() {
             "haptic-document",
             "haptic-trial",
             "haptic-question",
+            "haptic-run",
             "haptic-experiment",
             COMMAND,
         ]

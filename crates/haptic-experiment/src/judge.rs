@@ -5,16 +5,16 @@ pub(crate) mod beginning;
 pub(crate) mod report;
 pub(crate) mod warnings;
 
-use crate::run::Ran;
-use crate::run::folder::OutputFolder;
-use crate::run::record::Record;
 pub use haptic_document::{Rows, rows};
 use haptic_judge::curves::Curves;
+use haptic_run::Ran;
+use haptic_run::folder::OutputFolder;
+use haptic_run::record::RunRecord;
 pub use report::{Report, RunReport};
 
 /// Origin of the force of a run: `simulated` without a link, or by a device that simulates its plant; `rendered` by a device's own record of
 /// what it commanded and read. No instrument measured it.
-pub(crate) fn origin(record: &Record) -> &'static str {
+pub(crate) fn origin(record: &RunRecord) -> &'static str {
     if record.link.as_ref().is_none_or(|link| link.simulated) {
         "simulated"
     } else {

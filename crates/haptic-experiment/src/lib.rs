@@ -7,7 +7,6 @@ pub mod judge;
 pub mod live;
 mod open;
 pub mod question;
-pub mod run;
 
 pub use experiment::indentation::Indentation;
 pub use experiment::press::{PressRecord, specimen};
@@ -17,7 +16,3 @@ pub use haptic_document::{Cause, Failure, Named, ReportLine, ReportTable, Row, l
 pub use haptic_trial::{GuardChoice, Imperfections, Sensors};
 pub use judge::Report;
 pub use open::{DocumentOfKind, ExperimentFile, parameters, pressed};
-pub use run::Supervisor;
-pub use run::document::read_document;
-pub use run::realtime::RealtimeOptions;
-pub use run::schedule::Pace;

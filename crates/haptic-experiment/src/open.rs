@@ -19,13 +19,10 @@ mod tests;
 
 use crate::experiment;
 use crate::experiment::indentation::Indentation;
-use crate::experiment::kind::{Experiment, Watched};
+use crate::experiment::kind::Experiment;
 use crate::experiment::press::{Press, PressRecord};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::{Published, Report};
-use crate::run::Supervisor;
-use crate::run::folder::FolderRequest;
-use crate::run::schedule::Pace;
 use haptic_document::parameters::{
     CONTROLLER, DEVICE, DEVICE_MODEL, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, Parameter, Value,
 };
@@ -34,6 +31,10 @@ use haptic_judge::modelled_tissue::TissuePiece;
 use haptic_judge::tissue_table::piece;
 use haptic_log::record::add_verdict;
 use haptic_message::TickMessage;
+use haptic_run::Supervisor;
+use haptic_run::Watched;
+use haptic_run::folder::FolderRequest;
+use haptic_run::schedule::Pace;
 use haptic_trial::device_table::{device_text, with_devices};
 use haptic_trial::tick::KeptSample;
 use parameters::{AT_A_DEVICE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device};
@@ -268,7 +269,7 @@ pub trait DocumentOfKind {
     /// As for [`kind`](Self::kind).
     fn to_toml(&self) -> Result<String, FileError>;
 
-    /// Puts the document among the provenance of a log, from which [`read_document`](crate::read_document) reads it, and beside it the kind and each
+    /// Puts the document among the provenance of a log, from which [`read_document`](haptic_run::document::read_document) reads it, and beside it the kind and each
     /// key with its value, given or by default.
     ///
     /// # Errors

@@ -6,8 +6,6 @@ mod machine_check;
 pub(crate) mod measurement;
 pub(crate) mod zwidth;
 
-use crate::run::document::read_document;
-use crate::run::folder::OutputFolder;
 pub use calibration::{CalibrationReport, Calibrator, GRAVITY, Person};
 pub use design::coupler::CouplerAnswer;
 use design::coupler::CouplerDesign;
@@ -21,6 +19,8 @@ use haptic_document::{Document, Failure};
 use haptic_question::analysis::{self, Analysis};
 use haptic_question::analysis::{Analysed, Drawn, Region};
 use haptic_question::bench::BENCH;
+use haptic_run::document::read_document;
+use haptic_run::folder::OutputFolder;
 use haptic_trial::device_table::with_devices;
 pub use machine_check::RtCheck;
 pub use measurement::{MeasureReport, Measurement};

@@ -1,7 +1,7 @@
 //! Folders in that of the runs, outside of which the page writes nothing: of a new run, and those with a name of their own.
 
 use haptic_experiment::Failure;
-use haptic_experiment::run::{FolderRequest, next_free};
+use haptic_run::{FolderRequest, next_free};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

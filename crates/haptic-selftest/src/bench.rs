@@ -2,8 +2,7 @@
 
 use super::fall::Bounds;
 use super::promise::{Attendant, EmergencyStop, Notice, Promise, SelfTest};
-use haptic_experiment::Failure;
-use haptic_experiment::run::{self, at_port};
+use haptic_document::Failure;
 use haptic_link::{
     Configuration, Limits, LoopMode, Refusal, Scope, Simulation, SimulationKind, Start, State,
 };
@@ -11,6 +10,7 @@ use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink, TroubleCause};
+use haptic_run::{at_port, lost_board};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -149,7 +149,7 @@ impl<'a> Bench<'a> {
 
     /// Words of a board from which nothing comes any more, and what is to be feared of it.
     pub(super) fn lost_board(&self) -> Option<String> {
-        run::lost_board(self.link.as_ref()?)
+        lost_board(self.link.as_ref()?)
     }
 
     /// Puts the limits of the test in force, with this watchdog.

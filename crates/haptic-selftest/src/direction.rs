@@ -12,7 +12,7 @@
 use super::bench::{Bench, Broken};
 use super::promise::{AXES, Check, Promise};
 use super::trial::Followed;
-use haptic_experiment::parameters::FORCE_LIMIT;
+use haptic_document::parameters::FORCE_LIMIT;
 use haptic_link::{AXES_MAX, Capabilities, Limits};
 use haptic_loop::Limiters;
 use haptic_remote::Tick;

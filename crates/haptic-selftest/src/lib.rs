@@ -16,9 +16,9 @@ pub use promise::{Attendant, Check, EmergencyStop, Notice, Promise, SelfTest};
 
 use bench::{Bench, Broken};
 use chrono::{DateTime, SecondsFormat, Utc};
-use haptic_experiment::Failure;
-use haptic_experiment::run::{firmware_digest, firmware_version};
+use haptic_document::Failure;
 use haptic_link::Limits;
+use haptic_run::{firmware_digest, firmware_version};
 use in_time::in_time;
 use serde::Serialize;
 use std::time::SystemTime;

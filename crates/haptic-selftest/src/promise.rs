@@ -2,8 +2,8 @@
 
 use fracdiff::enumerated;
 use fracdiff::parameter::Shown;
-use haptic_experiment::parameters::FORCE_LIMIT;
-use haptic_experiment::{Failure, Named};
+use haptic_document::parameters::FORCE_LIMIT;
+use haptic_document::{Failure, Named};
 use haptic_remote::serial::SerialLink;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, Broken, refusal};
 use super::fall::Bounds;
-use haptic_experiment::parameters::FORCE_LIMIT;
+use haptic_document::parameters::FORCE_LIMIT;
 use haptic_link::{AXES_MAX, EventKind, FaultReport, Request, Sample};
 use haptic_loop::realtime::Moment;
 use haptic_loop::{Fault, Limiters};

@@ -8,11 +8,11 @@ use crate::picture_file::Pictures;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::Range;
-use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_figure::{FigureError, Picture};
 use haptic_log::record::{
     Leftover, NewFile, NewFileError, ROLL_LEAST, refuse_taken, remove_earlier,
 };
+use haptic_run::{FolderRequest, OutputFolder, write_text};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

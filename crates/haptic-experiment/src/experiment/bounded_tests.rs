@@ -2,14 +2,14 @@
 
 use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::indentation::Indentation;
-use crate::experiment::kind::Watched;
 use crate::experiment::trial::Trial as _;
 use crate::experiment::wall::WallExperiment;
 use crate::open::ExperimentFile;
-use crate::run::folder::FolderRequest;
-use crate::run::{Ran, Supervisor};
 use haptic_document::Failure;
 use haptic_judge::modelled_tissue::ModelledTissue;
+use haptic_run::Watched;
+use haptic_run::folder::FolderRequest;
+use haptic_run::{Ran, Supervisor};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;

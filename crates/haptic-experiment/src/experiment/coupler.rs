@@ -28,8 +28,6 @@ use super::kind::Experiment as _;
 use super::trial::{
     OfSample, OffN, Parts, Trial, TrialSetup, incomparable, limited, setup, six_digits,
 };
-use crate::run::Ran;
-use crate::run::remote::{RemoteDevice, RemoteLaw};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LoopOperator,
@@ -48,6 +46,8 @@ use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{
     Controller, Environment, OwnPush, VirtualCoupler, VirtualObject, deflection_order,
 };
+use haptic_run::Ran;
+use haptic_run::remote::{RemoteDevice, RemoteLaw};
 use haptic_trial::GuardChoice;
 use haptic_trial::advice::analysed;
 use haptic_trial::device_table::encoder_step;

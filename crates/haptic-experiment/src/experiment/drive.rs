@@ -13,8 +13,6 @@ mod second;
 #[cfg(test)]
 mod tests;
 
-use crate::run::device::DeviceName;
-use crate::run::remote::RemoteDevice;
 use fracdiff::parameter::Shown;
 use fracdiff::{Real, Seconds};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
@@ -35,6 +33,8 @@ use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 use haptic_message::TickMessage;
 use haptic_quantity::written;
+use haptic_run::device::DeviceName;
+use haptic_run::remote::RemoteDevice;
 use haptic_trial::advice::single;
 use haptic_trial::device_table::{device_model_by, without};
 use haptic_trial::simulate::Instrumented;

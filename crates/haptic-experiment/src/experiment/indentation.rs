@@ -14,7 +14,7 @@ mod report;
 #[cfg(test)]
 mod tests;
 
-use super::kind::{Conduct, Experiment, Watched};
+use super::kind::{Conduct, Experiment};
 use super::reading::{metadata, remote};
 use super::rendering::{
     CHANGES, CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER,
@@ -25,11 +25,6 @@ use super::trial::safe_chain;
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
 use crate::judge::against::Measured;
 use crate::judge::{Published, Report};
-use crate::run::remote::{
-    PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
-    indentation, no_operator, portable, push,
-};
-use crate::run::{Ran, SAMPLES, run_logged};
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use fractional_control::Term;
 use haptic_analysis::Dynamics;
@@ -50,6 +45,13 @@ use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, Newt
 use haptic_loop::{
     Contact as OneSided, Controller, Limit, SafetyChain, SafetyLimits, SpringDamper,
 };
+use haptic_run::Watched;
+use haptic_run::conduct::SAMPLES;
+use haptic_run::remote::{
+    PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
+    indentation, no_operator, portable, push,
+};
+use haptic_run::{Ran, run_logged};
 use haptic_tissue::{Library, MaterialError};
 use haptic_trial::Sensors;
 use haptic_trial::advice::parameter;

@@ -1,14 +1,13 @@
 //! The interface of an experiment of any kind.
 
 use crate::judge::{Published, Report};
-use crate::run::Supervisor;
-use crate::run::folder::FolderRequest;
-use crate::run::remote::RemoteDevice;
-use crate::run::schedule::{Pace, Schedule};
 use fracdiff::{Real, Seconds};
 use haptic_document::parameters::KeyTable;
 use haptic_document::{Failure, FileError, Table};
 use haptic_loop::{SafetyChain, SafetyLimits};
+use haptic_run::Watched;
+use haptic_run::remote::RemoteDevice;
+use haptic_run::schedule::{Pace, Schedule};
 use haptic_trial::advice::parameter;
 use haptic_trial::safety::Safety;
 use std::any::Any;
@@ -87,12 +86,6 @@ impl Conduct {
         }
         Ok(chain)
     }
-}
-
-/// Folder for the files of a run, and its supervisor.
-pub(crate) struct Watched<'a> {
-    pub request: &'a FolderRequest,
-    pub supervisor: Supervisor<'a>,
 }
 
 /// An experiment of any kind.

@@ -18,13 +18,11 @@ mod report;
 mod tests;
 
 use super::drive::{self, Drive, HostDrive, PressPath, Section};
-use super::kind::{Conduct, Experiment, Watched};
+use super::kind::{Conduct, Experiment};
 use super::reading::{metadata, remote};
 use super::trial::{no_law_there, safe_chain};
 use crate::experiment::rendering::DEPTH;
 use crate::judge::{Published, Report};
-use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank};
-use crate::run::{Ran, run_logged};
 use doubts::Open;
 use fracdiff::Scheme;
 use fracdiff::parameter::Shown;
@@ -49,6 +47,9 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, SafetyLimits};
+use haptic_run::Watched;
+use haptic_run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank};
+use haptic_run::{Ran, run_logged};
 use haptic_trial::Sensors;
 use haptic_trial::advice::parameter;
 use haptic_trial::device_table::dynamics;

@@ -1,13 +1,13 @@
 //! Keys of every table: the device at a port; and metadata of every log.
 
 use super::kind::Conduct;
-use crate::run::device::DeviceName;
-use crate::run::remote::{RemoteDevice, device_name};
 use fracdiff::Scheme;
 use fracdiff::parameter::Shown;
 use haptic_document::parameters::{DEVICE, Parameter};
 use haptic_document::{FileError, Table, parameters as p};
 use haptic_link::Limits;
+use haptic_run::device::DeviceName;
+use haptic_run::remote::{RemoteDevice, device_name};
 use haptic_trial::device_table::{device_model, without};
 use haptic_trial::safety::Safety;
 use std::collections::BTreeMap;

@@ -22,7 +22,6 @@ mod tests;
 
 use super::kind::{Conduct, Experiment as _};
 use super::trial::safe_chain;
-use crate::run::SAMPLES;
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
@@ -39,6 +38,7 @@ use haptic_link::{Architecture, HandSide};
 use haptic_loop::SafetyChain;
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+use haptic_run::conduct::SAMPLES;
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 use haptic_trial::Sensors;
 use haptic_trial::advice::parameter;

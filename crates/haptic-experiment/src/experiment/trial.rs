@@ -6,11 +6,11 @@ mod second;
 mod setup;
 
 use super::kind::Conduct;
-use crate::run::remote::{RemoteLaw, held};
 use fracdiff::Real;
 use haptic_document::Failure;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::{SafetyChain, SafetyLimits};
+use haptic_run::remote::{RemoteLaw, held};
 use haptic_trial::Sensors;
 use haptic_trial::safety::{GuardedDevice, Safety};
 pub(crate) use position_law::PositionLaw;

@@ -2,8 +2,6 @@
 
 use super::kind::Experiment as _;
 use super::trial::{OffN, Parts, PositionLaw, Trial, TrialSetup, incomparable, setup, six_digits};
-use crate::run::Ran;
-use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::Dynamics;
 use haptic_document::parameters::LOOP;
@@ -18,6 +16,8 @@ use haptic_judge::trial::{VirtualWall, thrown, wall_at_start};
 use haptic_link::LoopMode;
 use haptic_loop::plant::run_wall;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};
+use haptic_run::Ran;
+use haptic_run::remote::{RemoteDevice, RemoteLaw, portable};
 use haptic_tissue::Model;
 use haptic_trial::GuardChoice;
 use haptic_trial::device_table::encoder_step;

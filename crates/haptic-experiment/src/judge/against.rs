@@ -22,7 +22,6 @@
 use super::beginning::Beginning;
 use super::origin;
 use super::report::{Files, compared};
-use crate::run::Ran;
 use fracdiff::parameter::Shown;
 use haptic_judge::compared::{Compared, LargestError};
 use haptic_judge::curves::Overlay;
@@ -31,6 +30,7 @@ use haptic_judge::modelled_tissue::TissuePiece;
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::RigDrive;
 use haptic_quantity::{Key, digits, written};
+use haptic_run::Ran;
 use haptic_tissue::identify::{RecordKind, TableDetails, white_noise};
 use haptic_trial::tick::KeptSample;
 use measured_table::{Column, Columns, Reader, TABLE_MOST, read_bytes, read_table};

@@ -8,9 +8,9 @@
 //! which had to be known while it went on, is off the one that all keep-alives give. The force by the full history depends on the motion of
 //! one device alone, so δ does not move it.
 
-use crate::run::Ran;
 use haptic_judge::compared::Compared;
 use haptic_quantity::digits;
+use haptic_run::Ran;
 
 /// The largest share of a number by which it may be moved.
 const SHARE: f64 = 0.1;

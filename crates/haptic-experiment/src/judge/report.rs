@@ -1,16 +1,16 @@
 //! The report of an experiment: one JSON object, or a summary for a person. Every kind has the same skeleton, and fills it with rows.
 
 use crate::judge::warnings::Warnings;
-use crate::run::Ran;
-use crate::run::folder::Table;
-use crate::run::realtime::RealtimeSummary;
-use crate::run::record::Record;
-use crate::run::remote::LinkSummary;
 use fracdiff::Scheme;
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, Named as _, Rows};
 use haptic_judge::compared::Compared;
 use haptic_link::LoopMode;
+use haptic_run::Ran;
+use haptic_run::folder::RunTable;
+use haptic_run::link_summary::LinkSummary;
+use haptic_run::realtime::RealtimeSummary;
+use haptic_run::record::RunRecord;
 use haptic_trial::preflight::PreflightVerdict;
 use haptic_trial::tick::KeptSample;
 use serde::Serialize;
@@ -133,7 +133,7 @@ pub(crate) struct Files {
 impl Files {
     /// The table of a run that reached its end, or the reason why it is missing; `None` for a run that was cut short. Without a new table, the
     /// results of an earlier run are removed.
-    pub(crate) fn of_run(ran: &Ran, table: Option<Table>) -> Self {
+    pub(crate) fn of_run(ran: &Ran, table: Option<RunTable>) -> Self {
         let files = Self::finished(table);
         if files.csv.is_none() {
             ran.folder.remove_stale_results();
@@ -142,8 +142,8 @@ impl Files {
     }
 
     /// A table with its name, or why it has none.
-    pub(super) fn finished(table: Option<Table>) -> Self {
-        let (csv, unwritten) = match table.map(Table::finish) {
+    pub(super) fn finished(table: Option<RunTable>) -> Self {
+        let (csv, unwritten) = match table.map(RunTable::finish) {
             Some(Ok(path)) => (Some(path), None),
             Some(Err(failure)) => (None, Some(failure.to_string())),
             None => (None, None),
@@ -254,7 +254,7 @@ impl RunReport {
 }
 
 impl TickTimes {
-    pub(crate) fn of(record: &Record) -> Option<Self> {
+    pub(crate) fn of(record: &RunRecord) -> Option<Self> {
         (!record.tick_ns.is_empty()).then(|| Self {
             p50: record.tick_ns.quantile(0.5),
             p99: record.tick_ns.quantile(0.99),

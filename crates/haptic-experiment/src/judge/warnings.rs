@@ -1,10 +1,10 @@
 //! Warnings to the user about the numbers of a run.
 
-use crate::run::Ran;
-use crate::run::record::Record;
-use crate::run::remote::{FrameCounts, LinkSummary};
 use haptic_document::parameters::{FORCE_LIMIT, FORCE_RATE_LIMIT, SAMPLE_TIME, SCHEME};
 use haptic_loop::Limiters;
+use haptic_run::Ran;
+use haptic_run::link_summary::{FrameCounts, LinkSummary};
+use haptic_run::record::RunRecord;
 use haptic_trial::safety::keys::{GUARD, RISE_TIME, SPEED_LIMIT, WORKSPACE_HIGH, WORKSPACE_LOW};
 use haptic_trial::tick::KeptSample;
 
@@ -89,12 +89,12 @@ impl Warnings {
     }
 
     /// The safety chain acted, so the force is not the tissue's.
-    pub(crate) fn limited(&mut self, record: &Record) {
+    pub(crate) fn limited(&mut self, record: &RunRecord) {
         self.limited_after(record, 0.0);
     }
 
     /// [`limited`](Self::limited), but for samples of this time in which nothing but the start ramp of a device acted, s.
-    pub(crate) fn limited_after(&mut self, record: &Record, may_rise_s: f64) {
+    pub(crate) fn limited_after(&mut self, record: &RunRecord, may_rise_s: f64) {
         let samples = || record.whole.iter().flatten();
         let from_s = samples().next().map_or(0.0, |first| first.time_s);
         let rises = |sample: &&KeptSample| {
@@ -143,7 +143,7 @@ impl Warnings {
         }
     }
 
-    fn late(&mut self, record: &Record) {
+    fn late(&mut self, record: &RunRecord) {
         let (missed, samples) = (record.missed_deadlines, record.samples);
         if missed == 0 {
             return;
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn late_ticks_are_counted_among_all_ticks_of_the_device_and_not_those_of_the_run() {
-        let mut record = Record::with_room_for(0).expect("room");
+        let mut record = RunRecord::with_room_for(0);
         (record.samples, record.missed_deadlines) = (11, 28);
         record.link = Some(LinkSummary {
             ticks: 1300,
@@ -241,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_start_ramp_within_the_time_that_was_asked_for_is_no_warning() {
-        let mut record = Record::with_room_for(1000).expect("room");
+        let mut record = RunRecord::with_room_for(1000);
         for tick in 0..1000 {
             let time_s = 2.0 + tick as f64 * 1e-3;
             let limiters = Limiters::STARTUP.bits() * u8::from(tick < 500);
@@ -276,7 +276,7 @@ mod tests {
             (Limiters::VELOCITY, "`speed_limit_m_per_s`"),
             (Limiters::GUARD, "`guard`"),
         ] {
-            let mut record = Record::with_room_for(0).expect("room");
+            let mut record = RunRecord::with_room_for(0);
             (record.limited, record.limiters) = (7, limiter.bits());
             let mut warnings = Warnings::default();
             warnings.limited(&record);

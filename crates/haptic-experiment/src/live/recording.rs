@@ -1,11 +1,11 @@
 //! The log of what is felt.
 
 use super::ticking::Ticked;
-use crate::run::folder::FolderRequest;
-use crate::run::recorder::Recorder;
 use haptic_document::Failure;
 use haptic_log::record::StartTime;
 use haptic_message::{END, EndKind, RunEnd, TickMessage};
+use haptic_run::folder::FolderRequest;
+use haptic_run::recorder::Recorder;
 use haptic_trial::tick::by_loop;
 use std::collections::BTreeMap;
 use std::time::SystemTime;

@@ -2,9 +2,9 @@
 
 use super::ticking::{Around, FadingFelt, FeltController, HandPath, LoopOrder, Looping};
 use super::waiting::Gate;
-use crate::run::remote::{Steered, Steers};
 use haptic_loop::{Controller, Engaged, LoopSample};
 use haptic_message::{EventMessage, TickMessage};
+use haptic_run::remote::{Steered, Steers};
 use haptic_trial::ending::Ending;
 use haptic_trial::in_hand::hand::HeldDevice;
 use haptic_trial::simulate::World;

@@ -421,7 +421,7 @@ fn by_night_the_next_wall_is_felt_within_100_ms() {
     let folder = Folder::empty();
     let stop = Arc::new(AtomicBool::new(false));
     let by_clock = SessionOptions {
-        realtime: Some(crate::run::realtime::RealtimeOptions::default()),
+        realtime: Some(haptic_run::realtime::RealtimeOptions::default()),
         ..options(folder.as_ref(), &[("force_limit_n", 2.0.into())])
     };
     let session = Session::open(by_clock, &stop, (), GOES_ON).expect("opened");

@@ -1,10 +1,10 @@
 //! Check of this machine for a loop at some rate: measures as `cyclictest` does, with the loop's own runner.
 
-use crate::RealtimeOptions;
-use crate::run::realtime::{Microseconds, WorstTick, microseconds};
 use haptic_document::Failure;
 use haptic_document::parameters::{PIN, RATE};
 use haptic_loop::realtime::{Fallback, Periodic, PeriodicConfig, Timing};
+use haptic_run::realtime::RealtimeOptions;
+use haptic_run::realtime::{Microseconds, WorstTick, microseconds};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fs;
@@ -400,8 +400,8 @@ fn stolen_ms(root: &Path) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::realtime::Microseconds;
     use haptic_loop::realtime::SystemRefusal;
+    use haptic_run::realtime::Microseconds;
 
     fn rate(fit: bool) -> Rate {
         Rate {

@@ -23,7 +23,6 @@ mod trials;
 mod upward;
 
 use crate::experiment::reading::remote;
-use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use fracdiff::{Order, Scheme};
 use haptic_document::Warn;
 use haptic_document::parameters::range::WALL_ORDERS;
@@ -45,6 +44,7 @@ use haptic_loop::units::{Newtons, Seconds};
 use haptic_quantity::{digits, in_five_digits, written};
 use haptic_question::analysis::{ANALYSED_CONTROLLER, ANALYSED_TISSUE, law};
 use haptic_question::bench::{AskedDevice, bench, check_orders, orders, scheme};
+use haptic_run::remote::{RemoteDevice, RemoteLaw, held};
 use haptic_tissue::Model;
 use haptic_trial::Sensors;
 use haptic_trial::device_table::{samples_fit, without};

@@ -3,8 +3,8 @@
 use crate::ran;
 use haptic_document::Document;
 use haptic_experiment::ExperimentFile;
-use haptic_experiment::read_document;
 use haptic_log::record::{Entry, LogReader};
+use haptic_run::read_document;
 use libm::tgamma;
 use serde_json::Value;
 use std::fmt::Write as _;

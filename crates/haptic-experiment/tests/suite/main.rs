@@ -10,8 +10,9 @@ mod touch;
 
 use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
-use haptic_experiment::run::FolderRequest;
-use haptic_experiment::{ExperimentFile, Report, Supervisor};
+use haptic_experiment::{ExperimentFile, Report};
+use haptic_run::FolderRequest;
+use haptic_run::Supervisor;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

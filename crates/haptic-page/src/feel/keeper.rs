@@ -4,14 +4,15 @@ use super::compare::Comparison;
 use crate::Announce;
 use crate::folder::next_folder;
 use crate::pyramid::Pyramid;
+use haptic_experiment::Failure;
 use haptic_experiment::live::{
     FadingFelt, FadingHistory, Felt, Finished, Law, Recording, Ticked, Watch, fading, locked,
 };
-use haptic_experiment::{Failure, RealtimeOptions};
 use haptic_loop::realtime::Durations;
 use haptic_loop::realtime::Moment;
 use haptic_loop::units::Seconds;
 use haptic_loop::{Environment, Fault};
+use haptic_run::RealtimeOptions;
 use nalgebra::Vector1;
 use serde::Serialize;
 use serde_json::json;

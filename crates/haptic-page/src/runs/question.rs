@@ -11,7 +11,7 @@ use super::list::ANSWER;
 use crate::folder::next_folder;
 use haptic_experiment::Failure;
 use haptic_experiment::question::Question;
-use haptic_experiment::run::{OutputFolder, write_text};
+use haptic_run::{OutputFolder, write_text};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -13,8 +13,8 @@ mod questions;
 mod runs;
 mod walls;
 
-use haptic_experiment::RealtimeOptions;
 use haptic_page::{OnClose, PageServer, ServerOptions};
+use haptic_run::RealtimeOptions;
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

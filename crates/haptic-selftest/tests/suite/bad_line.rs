@@ -3,8 +3,8 @@
 use crate::at_once::at_once;
 use crate::board::{Board, Flaw};
 use crate::tested;
+use haptic_document::Failure;
 use haptic_emulator::{LineDamage, LineFaults};
-use haptic_experiment::Failure;
 use haptic_selftest::SelfTest;
 
 /// Lines; the promise is of 30, which `CAMPAIGN_CASES=30` tries in half a minute.

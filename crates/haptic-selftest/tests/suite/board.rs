@@ -2,8 +2,8 @@
 //!
 //! Its clock is that of its ticks: where this machine is late, the board is slow, and nothing else changes.
 
+use haptic_document::Failure;
 use haptic_emulator::{FaultyLine, LineDamage, LineFaults};
-use haptic_experiment::Failure;
 use haptic_link::{
     Capabilities, Configuration, DeviceReport, Direction, FRAME_MAX, Flight, Header, Receiver,
     Scope, State, encode,

@@ -4,9 +4,9 @@
 use crate::foreign::{Emulated, WITHOUT_STOP};
 use crate::tested;
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
+use haptic_document::Failure;
 use haptic_emulator::NearLine;
 use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
-use haptic_experiment::Failure;
 use haptic_remote::serial::{DeviceTime, Line};
 use haptic_selftest::{Promise, SelfTestReport};
 use std::io::{self, Read, Write};

@@ -10,7 +10,7 @@ mod late;
 
 use at_once::at_once;
 use board::{Board, Flaw};
-use haptic_experiment::Failure;
+use haptic_document::Failure;
 use haptic_remote::serial::SerialLink;
 use haptic_selftest::{Attendant, EmergencyStop, Notice, Promise, SelfTest, SelfTestReport};
 use std::cell::RefCell;

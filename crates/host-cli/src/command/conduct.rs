@@ -12,14 +12,15 @@ use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::judge::{Published, RunReport};
 use haptic_experiment::question::{Answer, Question};
-#[cfg(unix)]
-use haptic_experiment::run::signals::signals;
-use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
-use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Report, Supervisor};
+use haptic_experiment::{ExperimentFile, Failure, Report};
 use haptic_judge::curves::Curves;
 use haptic_log::live::{Live, LiveStreams};
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 use haptic_quantity::written;
+#[cfg(unix)]
+use haptic_run::signals::signals;
+use haptic_run::{FolderRequest, OutputFolder, write_text};
+use haptic_run::{Pace, RealtimeOptions, Supervisor};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::net::SocketAddr;
 use std::path::PathBuf;

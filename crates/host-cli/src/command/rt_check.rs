@@ -4,9 +4,10 @@ use crate::command::conduct::{ThreadArguments, progress_bar, stop_on_interrupt};
 use crate::output::Output;
 use crate::parse::{quantity, whole};
 use clap::Args;
+use haptic_experiment::Failure;
 use haptic_experiment::parameters::Range;
 use haptic_experiment::question::RtCheck;
-use haptic_experiment::{Failure, RealtimeOptions};
+use haptic_run::RealtimeOptions;
 use std::time::Duration;
 
 /// Ten cycles of the slowest rate at least; a day at most, s.

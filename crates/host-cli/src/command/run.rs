@@ -5,9 +5,10 @@ use crate::options::{Options, keys};
 use crate::output::{Output, warn};
 use clap::Args;
 use haptic_document::Document;
+use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::{Parameter, Value, tables};
-use haptic_experiment::{DocumentOfKind as _, read_document};
+use haptic_run::read_document;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! Runs the binary in a folder of its own and judges how it ended.
 
-use haptic_experiment::run::Remembered;
+use haptic_run::Remembered;
 use std::ffi::OsStr;
 use std::fmt;
 use std::io::Read as _;

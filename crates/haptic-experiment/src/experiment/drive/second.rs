@@ -1,8 +1,9 @@
 //! The side of a drive that has a device of its own: its samples at the times of the tissue's device, and its report.
 
 use crate::judge::RunReport;
-use crate::run::record::Record;
-use crate::run::remote::{Aligned, DriveRan, LinkSummary};
+use haptic_run::link_summary::LinkSummary;
+use haptic_run::record::RunRecord;
+use haptic_run::{Aligned, DriveRan};
 use haptic_trial::ending::Ending;
 use haptic_trial::tick::KeptSample;
 use serde::Serialize;
@@ -52,7 +53,7 @@ impl DriveSamples {
     /// Judged in its own time, and put beside a run of this sample time that counts as this record does.
     pub(crate) fn new(
         second: &DriveRan,
-        first: &Record,
+        first: &RunRecord,
         sample_time_s: f64,
         mut judged: impl FnMut(&KeptSample) -> (f64, [f64; 2]),
     ) -> Self {
@@ -103,7 +104,7 @@ impl DriveSamples {
 }
 
 /// Adds the device of the drive to the report of a run.
-pub(crate) fn tell(run: &mut RunReport, first: &Record, second: &DriveRan) {
+pub(crate) fn tell(run: &mut RunReport, first: &RunRecord, second: &DriveRan) {
     let record = &second.record;
     run.dropped_samples += record.dropped;
     run.device_lost |= record.device_lost();

@@ -3,13 +3,13 @@
 use super::Indentation;
 use crate::experiment::bounded_tests::{conducted, defaults};
 use crate::judge::beginning::Beginning;
-use crate::run::Ran;
-use crate::run::remote::bad_line_tests::BadPair;
 use core::f64::consts::PI;
 use fracdiff::{Channel, Operator, Scheme, Seconds};
 use haptic_emulator::LineFaults;
 use haptic_judge::modelled_tissue::ModelledTissue;
 use haptic_loop::plant::RigDrive;
+use haptic_run::Ran;
+use haptic_run::remote::bad_lines::BadPair;
 use haptic_tissue::{Material, ModelKind, Source};
 use serde_json::Value;
 use std::path::Path;
@@ -35,9 +35,10 @@ fn ran(relaxation: &Indentation, faults: [LineFaults; 2], seed: u64, folder: &Pa
     let operator = exact.build::<f64>(order, Seconds(1e-3), 1e4);
     let mut device: Channel<f64, Operator<f64>> = Channel::new(operator.expect("an operator"));
     let (k, b) = relaxation.piece.spring_and_damper();
+    let mut random = Random(seed);
     let pair = BadPair {
         faults,
-        seed,
+        bits: &mut || random.bits(),
         samples: 3001,
         // The drive has felt for it before.
         place_m: &|since_s| {

@@ -11,9 +11,6 @@ use crate::judge::beginning::Beginning;
 use crate::judge::origin;
 use crate::judge::report::{Files, Report, RunReport, closed_form_error, full_history_error};
 use crate::judge::warnings::Warnings;
-use crate::run::Ran;
-use crate::run::folder::Table;
-use crate::run::remote::device_name;
 use fracdiff::Seconds;
 use haptic_document::parameters::{CONTACT, FORCE_LIMIT};
 use haptic_document::{Failure, rows};
@@ -27,6 +24,9 @@ use haptic_judge::sensed::SensedForce;
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::Newtons;
 use haptic_quantity::{digits, written};
+use haptic_run::Ran;
+use haptic_run::folder::RunTable;
+use haptic_run::remote::device_name;
 use haptic_trial::samples::Before;
 use haptic_trial::samples::Samples;
 use haptic_trial::tick::KeptSample;
@@ -114,7 +114,7 @@ struct Judge<'a> {
     errors: [LargestError; 4],
     curves: Decimated<5>,
     drive: Option<Driven>,
-    csv: Option<Table>,
+    csv: Option<RunTable>,
     against: Option<Comparison<'a>>,
     sensed: SensedForce,
     /// The sensed force of a relaxation beside the record.
@@ -669,7 +669,7 @@ fn pushes(depth: f64, force: f64) -> f64 {
 }
 
 /// Begins the CSV, under names that say where the force comes from.
-fn table(ran: &Ran, moved: Option<Moved>, driven: Option<[&'static str; 2]>) -> Table {
+fn table(ran: &Ran, moved: Option<Moved>, driven: Option<[&'static str; 2]>) -> RunTable {
     let origin = origin(&ran.record);
     let force = format!("{origin}_force_n");
     let moved = moved.map(|Moved { column, .. }| {

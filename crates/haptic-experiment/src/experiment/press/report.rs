@@ -5,13 +5,13 @@ use crate::experiment::kind::Experiment as _;
 use crate::judge::origin;
 use crate::judge::report::{Files, Report, RunReport};
 use crate::judge::warnings::Warnings;
-use crate::run::Ran;
-use crate::run::remote::device_name;
 use haptic_document::parameters::{CONTROLLER, FORCE_LIMIT};
 use haptic_document::{Failure, Named as _, rows};
 use haptic_judge::curves::{Curves, Drawing};
 use haptic_judge::sensed::SensedForce;
 use haptic_quantity::written;
+use haptic_run::Ran;
+use haptic_run::remote::device_name;
 use haptic_trial::tick::KeptSample;
 use serde_json::json;
 

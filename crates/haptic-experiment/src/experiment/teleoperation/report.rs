@@ -2,13 +2,11 @@
 
 use super::pair::{Pair, PairTick};
 use super::{HandMotion, TeleoperationExperiment};
-use crate::experiment::kind::{Conduct, Experiment, Watched};
+use crate::experiment::kind::{Conduct, Experiment};
 use crate::experiment::reading::metadata;
 use crate::judge::Published;
 use crate::judge::report::{Files, Report, RunReport, unmet};
 use crate::judge::warnings::Warnings;
-use crate::run::folder::Table;
-use crate::run::{Ran, run_beside};
 use fracdiff::num_complex::Complex;
 use haptic_document::parameters::{SAMPLE_TIME, TISSUE_IN_LOG};
 use haptic_document::{Failure, rows};
@@ -19,6 +17,9 @@ use haptic_judge::sensed::SensedForce;
 use haptic_judge::settling::SATURATED_S;
 use haptic_loop::Limiters;
 use haptic_message::TickMessage;
+use haptic_run::Watched;
+use haptic_run::folder::RunTable;
+use haptic_run::{Ran, run_beside};
 use haptic_trial::ending::Ending;
 use haptic_trial::keys::teleoperation::{ARCHITECTURE, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS};
 use haptic_trial::preflight::note_findings;
@@ -125,7 +126,7 @@ struct Hands {
     motion: HandMotion,
     judged: Judge,
     curves: Decimated<6>,
-    table: Option<Table>,
+    table: Option<RunTable>,
     newest: Option<(PairTick, f64)>,
 }
 

@@ -9,12 +9,6 @@ use super::{HandMotion, TeleoperationExperiment};
 use crate::experiment::kind::Experiment as _;
 use crate::judge::Published;
 use crate::judge::report::Files;
-use crate::run::folder::{FolderRequest, OutputFolder, Table};
-use crate::run::realtime::RealtimeOptions;
-use crate::run::record::Record;
-use crate::run::recorder::Recorder;
-use crate::run::schedule::{Pace, Schedule};
-use crate::run::{Ran, Supervisor, close, note_periodic, recorder, tell_end};
 use fracdiff::Operator;
 use haptic_document::parameters::{SAMPLE_TIME, SKIPPED_SHARE};
 use haptic_document::{Failure, Rows, rows};
@@ -27,6 +21,14 @@ use haptic_loop::realtime::Periodic;
 use haptic_loop::{Limit, Limiters, SafeForce};
 use haptic_message::{END, TickMessage, flaw::LATE_FORCE};
 use haptic_quantity::{digits, written};
+use haptic_run::conduct::{close, note_periodic, tell_end};
+use haptic_run::folder::RunTable;
+use haptic_run::folder::{FolderRequest, OutputFolder};
+use haptic_run::realtime::RealtimeOptions;
+use haptic_run::record::RunRecord;
+use haptic_run::recorder::Recorder;
+use haptic_run::schedule::{Pace, Schedule};
+use haptic_run::{Ran, Supervisor, recorder};
 use haptic_teleoperation::{Introduction, PeerMessage, Port};
 use haptic_trial::ending::Ending;
 use haptic_trial::keys::teleoperation::MUST_BE_PASSIVE;
@@ -150,7 +152,7 @@ impl TeleoperationExperiment {
         let mut recorder = recorder(request, &folder, metadata, false, supervisor)?;
         // A recorder that has ended is seen at the tick.
         let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
-        let record = Record::with_room_for(schedule.samples)?;
+        let record = RunRecord::with_room_for(schedule.samples);
         let mut side = Side {
             port,
             body,
@@ -362,8 +364,8 @@ const COLUMNS: [&str; 6] = [
 /// Log, table and curves of a side.
 struct Kept {
     recorder: Recorder,
-    record: Record,
-    table: Table,
+    record: RunRecord,
+    table: RunTable,
     curves: Decimated<4>,
 }
 

@@ -9,9 +9,6 @@ use crate::judge::report::{
 };
 use crate::judge::warnings::Warnings;
 use crate::judge::{Published, origin};
-use crate::run::Ran;
-use crate::run::record::Record;
-use crate::run::remote::device_name;
 use haptic_document::parameters::SAMPLE_TIME;
 use haptic_document::{Failure, rows};
 use haptic_judge::compared::Compared;
@@ -25,6 +22,9 @@ use haptic_judge::settling::SATURATED_S;
 use haptic_log::record::{Entry, LogReader};
 use haptic_loop::{Limit, Limiters, LoadingKind};
 use haptic_message::{TickMessage, column_name};
+use haptic_run::Ran;
+use haptic_run::record::RunRecord;
+use haptic_run::remote::device_name;
 use haptic_tissue::ting;
 use haptic_trial::GuardChoice;
 use haptic_trial::safety::keys::{GUARD, RISE_TIME};
@@ -148,7 +148,7 @@ impl TouchExperiment {
         Ok(Published::new(report, curves, ran))
     }
 
-    fn verdict(&self, record: &Record, energy: Option<HandEnergy>) -> TouchVerdict {
+    fn verdict(&self, record: &RunRecord, energy: Option<HandEnergy>) -> TouchVerdict {
         // A guard is a limiter too, and there to act, as is the start ramp of a device; the limit of the force is not.
         let limited = match (self.safety.guard, &self.conduct.remote) {
             (GuardChoice::Off, None) => record.limited,
@@ -169,7 +169,7 @@ impl TouchExperiment {
     }
 
     /// Samples whose force is as large as it may be.
-    fn at_limit(&self, record: &Record) -> u64 {
+    fn at_limit(&self, record: &RunRecord) -> u64 {
         let most = (1.0 - ROUNDING) * self.force_limit_n;
         // A device may have a lower limit, and rounds to single precision.
         let at_limit = |sample: &&KeptSample| {
@@ -209,7 +209,7 @@ impl TouchExperiment {
     /// ```text
     /// E = ½·Σ f·x·Δs,   s the share of the force that is used, from 0 to 1 in the rise time, f the force for s = 1
     /// ```
-    fn risen_j(&self, record: &Record) -> f64 {
+    fn risen_j(&self, record: &RunRecord) -> f64 {
         let Some(rise_s) = self.safety.number(Limit::RiseTime) else {
             return 0.0;
         };
@@ -249,7 +249,7 @@ impl TouchExperiment {
     }
 
     /// The force of the first touch against Ting's contact, and over how many samples, see `retraction_error`.
-    fn retraction(&self, record: &Record) -> Option<(f64, usize)> {
+    fn retraction(&self, record: &RunRecord) -> Option<(f64, usize)> {
         let Matter::Tissue(piece) = &self.matter else {
             return None;
         };
@@ -272,7 +272,7 @@ impl TouchExperiment {
     }
 
     /// The commanded force against the full history of what was read.
-    fn compare<const D: usize>(&self, record: &Record) -> Result<Compared, Failure> {
+    fn compare<const D: usize>(&self, record: &RunRecord) -> Result<Compared, Failure> {
         let reference = ReferenceWeights::of(self.scheme);
         let samples: &[KeptSample] = record.whole.as_deref().unwrap_or_default();
         let missing = samples

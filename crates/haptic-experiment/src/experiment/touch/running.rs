@@ -8,13 +8,10 @@ use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
     TouchExperiment,
 };
-use crate::experiment::kind::{Conduct, Experiment, Watched};
+use crate::experiment::kind::{Conduct, Experiment};
 use crate::experiment::reading::metadata;
 use crate::experiment::trial::no_law_there;
 use crate::judge::{Published, Report};
-use crate::run::device::LinkedName;
-use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, portable};
-use crate::run::{Ran, run_logged};
 use haptic_analysis::Dynamics;
 use haptic_devices::haply::HaplyPlane;
 use haptic_document::Failure;
@@ -25,6 +22,10 @@ use haptic_loop::plant::{Axes, MassMatrix, Sensed};
 use haptic_loop::units::Kilograms;
 use haptic_loop::{Contact, Controller, SpringDamper};
 use haptic_remote::wire_surface;
+use haptic_run::Watched;
+use haptic_run::device::LinkedName;
+use haptic_run::remote::{RemoteDevice, RemoteLaw, RemoteRun, portable};
+use haptic_run::{Ran, run_logged};
 use haptic_trial::advice::parameter;
 use haptic_trial::preflight::{Findings, PreflightVerdict, note_findings};
 use haptic_trial::simulate::SimulatedLoop;

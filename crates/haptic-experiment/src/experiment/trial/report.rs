@@ -4,16 +4,13 @@ use super::PushedLoop;
 use super::second::OfDrive;
 use super::setup::{Parts, TrialSetup};
 use crate::experiment::drive::{SecondReport, tell};
-use crate::experiment::kind::{Conduct, Experiment, Watched};
+use crate::experiment::kind::{Conduct, Experiment};
 use crate::experiment::reading::metadata;
 use crate::judge::report::{
     Files, Report, RunReport, closed_form_error, full_history_error, unmet,
 };
 use crate::judge::warnings::Warnings;
 use crate::judge::{Published, origin};
-use crate::run::record::Record;
-use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
-use crate::run::{Ran, run_logged};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::Dynamics;
@@ -28,6 +25,10 @@ use haptic_judge::reference::TOLERANCE;
 use haptic_judge::sensed::SensedForce;
 use haptic_judge::settling::{Criterion, Settling, TrialVerdict};
 use haptic_loop::Environment;
+use haptic_run::Watched;
+use haptic_run::record::RunRecord;
+use haptic_run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
+use haptic_run::{Ran, run_logged};
 use haptic_trial::GuardChoice;
 use haptic_trial::ending::Ending;
 use haptic_trial::preflight::{Findings, PreflightVerdict, note_findings};
@@ -360,7 +361,7 @@ pub(crate) trait Trial: Experiment + Clone {
     }
 
     /// Mean deflection over the window at the end against the rest position.
-    fn deflection_error(&self, record: &Record, settling: Settling) -> Compared {
+    fn deflection_error(&self, record: &RunRecord, settling: Settling) -> Compared {
         let (t, plan) = (self.setup().device.sample_time.0, &self.setup().plan);
         let judged = ((plan.window_s / t).round() as u64).min(record.samples);
         let to_s = record.duration_s();
@@ -428,7 +429,7 @@ impl<T: Trial> Experiment for T {
 }
 
 /// Verdict and warnings of a run that somebody held in the hand.
-fn of_hand(felt: &FeltSummary, record: &Record) -> (&'static str, Warnings) {
+fn of_hand(felt: &FeltSummary, record: &RunRecord) -> (&'static str, Warnings) {
     let mut warnings = Warnings::default();
     warnings.limited(record);
     match felt.contacts {
@@ -466,7 +467,7 @@ fn warnings(
     settling: &Settling,
     hits: &[Hit],
     agrees: Option<bool>,
-    record: &Record,
+    record: &RunRecord,
 ) -> Warnings {
     let mut warnings = Warnings::default();
     let mut verdict = settling.verdict.words().to_owned();
@@ -594,7 +595,7 @@ impl Seen {
         }
     }
 
-    pub(crate) fn over(self, record: &Record) -> Compared {
+    pub(crate) fn over(self, record: &RunRecord) -> Compared {
         let Some(from_s) = self.from_s else {
             let reason = "the safety chain limited the force in each sample";
             return Compared::without_meaning(reason);
@@ -605,7 +606,7 @@ impl Seen {
 }
 
 /// A law that a limited force moves on is not compared any more.
-pub(crate) fn limited(record: &Record) -> Option<&'static str> {
+pub(crate) fn limited(record: &RunRecord) -> Option<&'static str> {
     (record.limited > 0).then_some("the safety chain limited the force")
 }
 
@@ -613,7 +614,7 @@ pub(crate) fn limited(record: &Record) -> Option<&'static str> {
 pub(crate) fn incomparable(
     reference: ReferenceWeights,
     order: Order,
-    record: &Record,
+    record: &RunRecord,
 ) -> Option<&'static str> {
     if reference == ReferenceWeights::Kernel(Kernel::PiecewiseLinear) && order.get() >= 1.0 {
         Some("the weights of this kernel are known in closed form below order 1 only")

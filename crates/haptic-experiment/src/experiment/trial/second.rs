@@ -11,7 +11,7 @@
 //! - *Analysis*: while they touch, the wall meets both masses and both dampers, m₁ + m₂ and b₁ + b₂, as one body.
 //! - *Letting go*: after a fault or stop of one, the other is stopped before its next force. Until then its force is constant: only the
 //!   size of the push is limited, not its rate.
-//! - *At ports* each device has a chain and a thread of its own, see [`PairRun`](crate::run::remote::PairRun); the second may only push
+//! - *At ports* each device has a chain and a thread of its own, see [`PairRun`](haptic_run::remote::PairRun); the second may only push
 //!   within its lasting limits of force, workspace and speed.
 
 use super::{no_law_there, safe_chain};
@@ -19,8 +19,6 @@ use crate::experiment::drive::{
     CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT, DriveSamples, second_device,
 };
 use crate::experiment::kind::Conduct;
-use crate::run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
-use crate::run::{Ran, Supervisor};
 use fracdiff::parameter::Shown;
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, FileError, Table, parameters as p};
@@ -34,6 +32,8 @@ use haptic_loop::{
     SafetyState,
 };
 use haptic_message::TickMessage;
+use haptic_run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
+use haptic_run::{Ran, Supervisor};
 use haptic_trial::advice::parameter;
 use haptic_trial::device_table::device_model_by;
 use haptic_trial::ending::{Ending, MotorPush};

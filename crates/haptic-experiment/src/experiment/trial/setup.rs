@@ -4,9 +4,6 @@ use super::second::second;
 use super::{Pushed, SecondDevice, no_law_there, safe_chain};
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::remote;
-use crate::run::Ran;
-use crate::run::record::Record;
-use crate::run::remote::RemoteLaw;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
 use haptic_document::{Failure, FileError, Table, parameters as p};
@@ -16,6 +13,9 @@ use haptic_judge::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan, thrown
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
+use haptic_run::Ran;
+use haptic_run::record::RunRecord;
+use haptic_run::remote::RemoteLaw;
 use haptic_trial::device_table::dynamics;
 use haptic_trial::device_table::{device, device_model, samples_fit};
 use haptic_trial::keys::trial::{IMPACT, PushBy, TRIAL_FORCE_RATE_LIMIT};
@@ -126,7 +126,7 @@ impl TrialSetup {
 
     /// Sums over a run in the hand of a person, whose push nobody knows; `None` of a trial: on a simulated device, pushed by its own
     /// motor, or to be stable.
-    pub(super) fn felt(&self, record: &Record) -> Option<Tally> {
+    pub(super) fn felt(&self, record: &RunRecord) -> Option<Tally> {
         let is_real = record.link.as_ref().is_some_and(|link| !link.simulated);
         let held = is_real && self.plan.push_by == PushBy::Hand && !self.must_be_stable;
         held.then(|| Tally::of(0, 0.0, None, self.device.sample_time))

@@ -5,8 +5,6 @@ use super::line::{Point, line};
 use super::{CALIBRATE_STEP, CALIBRATE_WEIGHT, CALIBRATION, GRAVITY, Person, TABLES, Task, asked};
 use crate::experiment::reading::remote_by;
 use crate::question::measurement::serial::{armed, opened};
-use crate::run::device::at_link;
-use crate::run::remote::RemoteDevice;
 use haptic_document::Warn;
 use haptic_document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
 use haptic_document::{Document, Failure, FileError};
@@ -14,6 +12,8 @@ use haptic_log::record::StartTime;
 use haptic_quantity::written;
 use haptic_question::measurement::drive::INTERRUPTED;
 use haptic_question::measurement::{MEASURE_DEVICE, MeasurePlan};
+use haptic_run::device::at_link;
+use haptic_run::remote::RemoteDevice;
 use haptic_trial::DeviceModel;
 use haptic_trial::device_table::device_model;
 use haptic_trial::plant_file::calibration::{

@@ -2,7 +2,6 @@
 
 use crate::experiment::reading::remote_by;
 use crate::question::measurement::serial::on_serial;
-use crate::run::remote::RemoteDevice;
 use haptic_document::Warn;
 use haptic_document::parameters::{DEVICE, DEVICE_MODEL};
 use haptic_document::{Document, Failure, FileError};
@@ -14,6 +13,7 @@ use haptic_question::measurement::drive::on_simulated;
 use haptic_question::measurement::estimate::{Measured, device_model, estimate};
 use haptic_question::measurement::response::{ResponseLine, coherent, response, table};
 use haptic_question::measurement::{MEASURE_DEVICE, MEASUREMENT, MeasurePlan, TABLES};
+use haptic_run::remote::RemoteDevice;
 use haptic_trial::device_table::{device, with_devices, without};
 use haptic_trial::plant_file::calibration::{Calibration, MOTOR_FACTOR};
 use haptic_trial::{DeviceModel, Sensors};

@@ -1,9 +1,5 @@
 //! A measurement on a device at a port: the loop is here, and the device keeps its own limits.
 
-use crate::run::device::{at_link, at_port, firmware_version, refused_at_port};
-use crate::run::realtime::RealtimeOptions;
-use crate::run::remote::{RemoteDevice, RemoteLaw, agreed, push};
-use crate::run::schedule::{Pace, Schedule};
 use haptic_document::Warn;
 use haptic_document::{Failure, Named as _};
 use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
@@ -14,6 +10,10 @@ use haptic_question::measurement::{
 };
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
+use haptic_run::device::{at_link, at_port, firmware_version, refused_at_port};
+use haptic_run::realtime::RealtimeOptions;
+use haptic_run::remote::{RemoteDevice, RemoteLaw, agreed, push};
+use haptic_run::schedule::{Pace, Schedule};
 use haptic_trial::ending::Lateness;
 use nalgebra::SVector;
 use std::sync::Arc;
@@ -202,8 +202,8 @@ fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::remote::bad_line_tests::reported;
     use haptic_loop::Fault;
+    use haptic_run::remote::bad_lines::reported;
 
     #[test]
     fn a_fault_of_a_busy_machine_says_what_to_allow() {

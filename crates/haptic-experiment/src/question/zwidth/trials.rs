@@ -3,10 +3,6 @@
 //! A trial that does not test its law is repeated, ten times in all: samples were missing or delayed, or a host, line or tick was late. Then
 //! no more trials are made; nor after twenty in a row that ended at a limit of the device, nor after any fault that the law does not cause.
 
-use crate::run::device::{at_link, at_port, refused_at_port, trouble};
-use crate::run::realtime::RealtimeOptions;
-use crate::run::remote::{RemoteDevice, RemoteLaw, may_push, within};
-use crate::run::schedule::{Pace, Schedule};
 use haptic_document::Failure;
 use haptic_document::Warn;
 use haptic_document::parameters::{LOOP, TRIAL_DURATION};
@@ -20,6 +16,10 @@ use haptic_loop::realtime::Moment;
 use haptic_loop::units::Seconds;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
+use haptic_run::device::{at_link, at_port, refused_at_port, trouble};
+use haptic_run::realtime::RealtimeOptions;
+use haptic_run::remote::{RemoteDevice, RemoteLaw, may_push, within};
+use haptic_run::schedule::{Pace, Schedule};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;

@@ -7,11 +7,11 @@ use crate::output::{Output, joined, note};
 use crate::parse::whole;
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::RoundTrip;
-use haptic_experiment::run::{at_port, cycles, firmware_digest, firmware_version, trouble};
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
 use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
+use haptic_run::RoundTrip;
+use haptic_run::{at_port, cycles, firmware_digest, firmware_version, trouble};
 use serde_json::{Value, json};
 use std::time::Duration;
 

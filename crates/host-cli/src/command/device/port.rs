@@ -5,8 +5,8 @@ use crate::output::warn;
 use crate::parse::{WAITS, quantity};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::DeviceName;
 use haptic_remote::serial::SerialLink;
+use haptic_run::DeviceName;
 use std::time::Duration;
 
 #[derive(Debug, Args)]

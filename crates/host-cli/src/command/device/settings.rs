@@ -5,10 +5,10 @@ use super::port::PortArguments;
 use crate::output::{Output, joined, warn};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::{Remembered, at_port, loosened, refused_at_port};
 use haptic_link::{Configuration, GuardKind, Limits, LoopMode, OperatorForm, SimulationKind};
 use haptic_loop::Limit;
 use haptic_quantity::without_unit;
+use haptic_run::{Remembered, at_port, loosened, refused_at_port};
 use serde_json::{Value, json};
 
 pub(super) fn get(port: &PortArguments, output: Output) -> Result<(), Failure> {

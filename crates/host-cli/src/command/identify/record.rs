@@ -2,12 +2,12 @@
 
 use crate::mcap::{self, warn_of_order};
 use crate::table;
-use haptic_experiment::read_document;
 use haptic_experiment::{ExperimentFile, Failure};
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::Loading;
 use haptic_message::TickMessage;
 use haptic_question::tissue::RecordQuestion;
+use haptic_run::read_document;
 use haptic_tissue::identify::{SAMPLES_MOST, TableDetails, Understood};
 use measured_table::{Choice, Column, Columns, Reader, read_table};
 use serde_json::{Value, json};

@@ -13,7 +13,7 @@
 //! typed by hand.
 
 use crate::process::{Ended, PATIENCE, Place, binary, until};
-use haptic_experiment::run::Remembered;
+use haptic_run::Remembered;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

@@ -1,10 +1,10 @@
 //! A Foxglove viewer.
 
 use super::{PATIENCE, run, stderr};
-use haptic_experiment::run::Recorder;
 use haptic_log::live::Foxglove;
 use haptic_log::record::{Entry, LogReader};
 use haptic_message::{ColumnValue as Logged, TickMessage};
+use haptic_run::Recorder;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpListener, TcpStream};

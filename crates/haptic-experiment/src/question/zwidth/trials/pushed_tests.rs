@@ -3,7 +3,6 @@
 use super::*;
 use crate::question::zwidth::campaign::Campaign;
 use crate::question::zwidth::{ZWidth, ZWidthReport};
-use crate::run::DeviceName;
 use haptic_document::Document;
 use haptic_emulator::LineFaults;
 use haptic_emulator::board::{Body, Emulation, emulate};
@@ -13,6 +12,7 @@ use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Device, Reading, SafeForce};
 use haptic_remote::serial::Pipe;
 use haptic_remote::{Hardware, TickSide, abilities, prepare};
+use haptic_run::DeviceName;
 use haptic_trial::Sensors;
 use nalgebra::Vector1;
 use std::path::Path;

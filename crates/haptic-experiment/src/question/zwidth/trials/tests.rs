@@ -1,9 +1,9 @@
 //! Trials on a device that is silent, that fails, and that has had enough.
 
 use super::*;
-use crate::run::remote::bad_line_tests::quiet;
-use crate::run::remote::bad_line_tests::reported;
 use haptic_emulator::moteus::EmulatedAdapter;
+use haptic_run::remote::bad_lines::quiet;
+use haptic_run::remote::bad_lines::reported;
 use std::sync::Arc;
 
 /// An emulated servo in its own time, which runs and tells no sample; and its adapter.

@@ -20,7 +20,7 @@
 //!
 //! *Errors*: a file that is there and cannot be read, or is in the way of an older version, keeps the device from being armed.
 
-use crate::run::identity::{DeviceIdentity, Known};
+use crate::identity::{DeviceIdentity, Known};
 use haptic_document::Failure;
 use haptic_link::{Configuration, GuardKind, Limits};
 use haptic_log::record::NewFile;

@@ -6,25 +6,22 @@
 //! ```
 //! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
-#[cfg(test)]
-pub(crate) mod bad_line_tests;
+#[cfg(any(test, feature = "bad-lines"))]
+pub mod bad_lines;
 mod pair;
 mod partner;
 mod run;
 mod session;
 mod summary;
 
+pub use crate::remote::pair::{PairRun, fits_two_devices};
+pub use crate::remote::run::{RemoteRun, delay_of};
+pub use crate::remote::session::{Steered, Steers, blank};
 use fracdiff::parameter::Shown;
 use haptic_document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION};
-pub(crate) use pair::{PairRun, fits_two_devices};
-pub(crate) use partner::{Aligned, DriveRan};
-pub(crate) use run::{RemoteRun, delay_of};
-pub(crate) use session::{Steered, Steers, blank};
-pub(crate) use summary::{FrameCounts, LinkSummary};
-pub use summary::{RoundTrip, cycles};
 
 use super::schedule::Schedule;
-use crate::run::device::LinkedName;
+use crate::device::LinkedName;
 use fracdiff::Operator;
 use haptic_document::Failure;
 use haptic_link::{
@@ -45,7 +42,8 @@ use std::time::Duration;
 
 /// A device and how the loop with it is closed.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct RemoteDevice {
+pub struct RemoteDevice {
+    /// Port or address, and how to speak there.
     pub name: LinkedName,
     /// Place where the loop is closed.
     pub loop_mode: LoopMode,
@@ -63,7 +61,10 @@ pub(crate) struct RemoteDevice {
 
 impl RemoteDevice {
     /// Has a link to it speak of true newtons, if they are known.
-    pub(crate) fn calibrate(&self, link: &mut SerialLink) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// If its file was calibrated on another device, or holds factors that cannot be.
+    pub fn calibrate(&self, link: &mut SerialLink) -> Result<(), Failure> {
         if let Some(calibration) = &self.calibration {
             let (of, device) = (&calibration.device, self.name.identity(link).to_string());
             if !of.is_empty() && *of != device {
@@ -77,12 +78,12 @@ impl RemoteDevice {
     }
 
     /// One line for a report: its newtons were checked, or never.
-    pub(crate) fn calibration_in_words(&self) -> String {
+    pub fn calibration_in_words(&self) -> String {
         Calibration::in_words(self.calibration.as_ref())
     }
 
     /// Device with the defaults: the device's loop, 500 ms of silence, 20 late ticks, no patience.
-    pub(crate) fn new(name: LinkedName) -> Self {
+    pub fn new(name: LinkedName) -> Self {
         Self {
             name,
             loop_mode: LoopMode::Device,
@@ -95,20 +96,18 @@ impl RemoteDevice {
     }
 
     /// Silence after which the device lets go, ms.
-    pub(crate) fn watchdog_ms(&self) -> u16 {
+    pub fn watchdog_ms(&self) -> u16 {
         self.watchdog_ms
             .unwrap_or_else(|| self.loop_mode.watchdog_ms())
     }
 
-    pub(crate) fn watchdog(&self) -> Duration {
+    /// Silence of the host after which the device takes its force away.
+    pub fn watchdog(&self) -> Duration {
         Duration::from_millis(u64::from(self.watchdog_ms()))
     }
 
     /// Limits of the chain in this program: in a loop here [`host_limits`]; with the device's own loop it only checks them.
-    pub(crate) fn limits_here(
-        &self,
-        limits: haptic_loop::SafetyLimits,
-    ) -> haptic_loop::SafetyLimits {
+    pub fn limits_here(&self, limits: haptic_loop::SafetyLimits) -> haptic_loop::SafetyLimits {
         match self.loop_mode {
             LoopMode::Host => host_limits(&limits),
             LoopMode::Device => limits,
@@ -116,7 +115,7 @@ impl RemoteDevice {
     }
 
     /// Lateness that the device allows this host.
-    pub(crate) fn lateness(&self) -> Lateness {
+    pub fn lateness(&self) -> Lateness {
         Lateness {
             watchdog_ms: self.watchdog_ms(),
             max_age_ticks: self.max_age_ticks,
@@ -126,7 +125,8 @@ impl RemoteDevice {
 
 /// Law that the device renders, and the plant that it simulates if it is simulated.
 #[derive(Clone, Debug)]
-pub(crate) struct RemoteLaw {
+pub struct RemoteLaw {
+    /// K, N/m.
     pub stiffness_n_per_m: f64,
     /// B, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
@@ -138,6 +138,7 @@ pub(crate) struct RemoteLaw {
     pub depth_map: Option<DepthMap<f64>>,
     /// The surface that it lies behind, on a device of several axes.
     pub surface: Option<SurfaceShape>,
+    /// Shape and coefficients of the operator, as the wire carries them.
     pub operator: (OperatorShape, Vec<f32>),
     /// The controller that holds the device instead of all that; the operator's numbers are its
     /// coefficients.
@@ -164,7 +165,7 @@ pub(crate) struct RemoteLaw {
 impl RemoteLaw {
     /// No law at all: one of a loop on the host. Of the limits those that nobody has given stay as they are on the device: `rate` is the
     /// force rate limit, N/s. `device` is what is known of it for its guard.
-    pub(crate) fn none(
+    pub fn none(
         limits: haptic_loop::SafetyLimits,
         rate: Option<f64>,
         safety: &Safety,
@@ -183,7 +184,7 @@ impl RemoteLaw {
     }
 
     /// No law, these limits, no guard.
-    pub(crate) fn bare(limits: haptic_loop::SafetyLimits, simulation: Simulation) -> Self {
+    pub fn bare(limits: haptic_loop::SafetyLimits, simulation: Simulation) -> Self {
         Self {
             stiffness_n_per_m: 0.0,
             dissipation_n_s_mu_per_m: 0.0,
@@ -212,10 +213,12 @@ impl RemoteLaw {
 
 /// Limits that an experiment does not speak of: they stay as they are on the device.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct UnchangedLimits {
+pub struct UnchangedLimits {
+    /// Limit of the rate of the force.
     pub rate: bool,
     /// Speed limit, soft and hard.
     pub speed: bool,
+    /// Limit of how fast a force may rise.
     pub rise: bool,
 }
 
@@ -239,7 +242,10 @@ impl UnchangedLimits {
 
 /// The configuration of a connected device for this law, within what is `set` on it; `warn` hears where that is the tighter.
 /// Limits with which no force could hold the push are refused.
-pub(crate) fn agreed(
+///
+/// # Errors
+/// If the device cannot render the law, or its limits leave no force that holds the push.
+pub fn agreed(
     device: &RemoteDevice,
     law: &RemoteLaw,
     schedule: Schedule,
@@ -254,7 +260,10 @@ pub(crate) fn agreed(
 }
 
 /// [`agreed`] for a device of these abilities.
-pub(crate) fn within(
+///
+/// # Errors
+/// As [`agreed`].
+pub fn within(
     device: &RemoteDevice,
     law: &RemoteLaw,
     schedule: Schedule,
@@ -299,7 +308,10 @@ pub(crate) fn within(
 }
 
 /// Refuses a push of the device's own motor where there is no motor, or not each of the limits within which nobody has to watch it.
-pub(crate) fn may_push(device: &RemoteDevice, link: &SerialLink) -> Result<(), Failure> {
+///
+/// # Errors
+/// Either of those, or a file of limits that cannot be read.
+pub fn may_push(device: &RemoteDevice, link: &SerialLink) -> Result<(), Failure> {
     let lasting = device.name.remembered(link).set()?;
     let lasting = lasting.map(|lasting| lasting.limits);
     is_bounded(link.path(), link.capabilities(), lasting)
@@ -440,12 +452,15 @@ const fn host_limits(limits: &haptic_loop::SafetyLimits) -> haptic_loop::SafetyL
 }
 
 /// Coefficients for a device that does not compute the force itself: one zero.
-pub(crate) fn no_operator() -> (OperatorShape, Vec<f32>) {
+pub fn no_operator() -> (OperatorShape, Vec<f32>) {
     (Configuration::PASSIVE.operator, vec![0.0])
 }
 
 /// The operator of a device, from the scheme.
-pub(crate) fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f32>), Failure> {
+///
+/// # Errors
+/// If the operator has a form that the wire does not carry, with what to change.
+pub fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f32>), Failure> {
     haptic_remote::operator_shape(operator).map_err(|error| {
         Failure::input_with_advice(
             error,
@@ -458,12 +473,12 @@ pub(crate) fn portable(operator: &Operator<f32>) -> Result<(OperatorShape, Vec<f
 }
 
 /// The device, as on the command line.
-pub(crate) fn device_name(device: Option<&RemoteDevice>) -> String {
+pub fn device_name(device: Option<&RemoteDevice>) -> String {
     device.map_or_else(|| "sim".to_owned(), |device| device.name.to_string())
 }
 
 /// A simulated device without a wall to be felt: what a drive of the rig becomes on a device.
-pub(crate) fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Simulation {
+pub fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Simulation {
     Simulation {
         kind: if compliant {
             SimulationKind::CompliantIndentation
@@ -477,7 +492,7 @@ pub(crate) fn indentation(compliant: bool, depth_m: f64, ramp_time_s: f64) -> Si
 }
 
 /// A mass that a hand holds by a spring and pushes.
-pub(crate) fn held(device: &MassDamperConfig, push_n: f64) -> Simulation {
+pub fn held(device: &MassDamperConfig, push_n: f64) -> Simulation {
     Simulation {
         kind: SimulationKind::MassDamper,
         mass_kg: device.mass.0 as f32,
@@ -489,7 +504,7 @@ pub(crate) fn held(device: &MassDamperConfig, push_n: f64) -> Simulation {
 }
 
 /// A constant push on the testbed's mass.
-pub(crate) fn push(push_n: f64) -> Simulation {
+pub fn push(push_n: f64) -> Simulation {
     Simulation {
         push_n: push_n as f32,
         ..Simulation::TESTBED

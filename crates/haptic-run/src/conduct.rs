@@ -6,95 +6,34 @@
 //! A tick after which the world does not go on, by a fault or a silence, does not count; one in which somebody asked to
 //! stop does.
 
-mod budget;
-pub(crate) mod device;
-pub(crate) mod document;
-pub(crate) mod fault_recorder;
-pub(crate) mod folder;
-mod identity;
-pub(crate) mod realtime;
-pub(crate) mod record;
-pub(crate) mod recorder;
-pub(crate) mod remembered;
-pub(crate) mod remote;
-pub(crate) mod schedule;
-pub mod signals;
-
-use budget::TickParts;
-pub use device::{
-    DeviceName, at_port, firmware_digest, firmware_version, lost_board, refused_at_port, trouble,
-};
-use fault_recorder::FaultSeen;
-pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
+use crate::budget::TickParts;
+use crate::fault_recorder::FaultSeen;
+use crate::folder::{FolderRequest, OutputFolder};
+use crate::ran::Ran;
+use crate::realtime::RealtimeSummary;
+use crate::record::RunRecord;
+use crate::recorder::{Recorded, Recorder, Stopped};
+use crate::schedule::{Pace, Schedule};
+use crate::supervisor::Supervisor;
 use haptic_document::Failure;
-use haptic_document::Warn;
 use haptic_document::parameters::{REALTIME, SAMPLE_TIME};
 use haptic_log::live::LiveStreams;
-use haptic_log::record::{Entry, FinishedLog, LogReader, StartTime};
+use haptic_log::record::StartTime;
 use haptic_loop::Fault;
 use haptic_loop::realtime::{Moment, Periodic};
-use haptic_message::{END, TickMessage};
-use haptic_trial::drive_verdict::DriveVerdict;
+use haptic_message::END;
 use haptic_trial::ending::{Ending, Lateness};
-use haptic_trial::preflight::PreflightVerdict;
-use haptic_trial::samples::Samples;
 use haptic_trial::simulate::World;
 use haptic_trial::tick::{KeptSample, TickRecord};
-pub use identity::DeviceIdentity;
-use realtime::RealtimeSummary;
-use record::Record;
-use recorder::Recorded;
-pub use recorder::{Recorder, Stopped};
-pub use remembered::{Remembered, loosened};
-use remote::DriveRan;
-pub use remote::{RoundTrip, cycles};
-use schedule::{Pace, Schedule};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::SystemTime;
 
-/// Watcher of a run: may stop it, hears how far it is, and sees the samples.
-#[derive(Clone, Copy)]
-pub struct Supervisor<'a> {
-    /// Set to stop the run: the force ramps to zero, the log is closed.
-    pub stop: &'a Arc<AtomicBool>,
-    /// Called now and then with the samples done.
-    pub progress: &'a dyn Fn(u64),
-    /// Streams that show the run while it goes; the first run takes them.
-    pub live: Option<&'a LiveStreams>,
-    /// Hears what a user should know before the run is over.
-    pub warn: Warn<'a>,
-}
-
-impl std::fmt::Debug for Supervisor<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Supervisor")
-            .field("stop", self.stop)
-            .finish_non_exhaustive()
-    }
-}
-
-#[derive(Debug)]
-pub(crate) struct Ran {
-    pub record: Record,
-    pub log: FinishedLog,
-    pub folder: OutputFolder,
-    /// The log of a fault, if one latched.
-    pub fault_log: Option<PathBuf>,
-    /// Findings of the pre-flight; `None` if it was skipped.
-    pub preflight: Option<PreflightVerdict>,
-    /// Findings of the pre-flight of a drive.
-    pub drive: Option<DriveVerdict>,
-    /// Result of a drive on a device of its own.
-    pub second: Option<DriveRan>,
-    /// Losses of live streams, a sentence each.
-    pub live_warnings: Vec<String>,
-}
-
 /// Makes the folder and the log in it, runs a world, and closes the log.
-pub(crate) fn run_logged<W: World<D>, const D: usize>(
+///
+/// # Errors
+/// If a file cannot be made or written, or the clock cannot keep the sample time.
+pub fn run_logged<W: World<D>, const D: usize>(
     world: &mut W,
     schedule: Schedule,
     of_folder: (&FolderRequest, BTreeMap<String, String>),
@@ -104,7 +43,10 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
 }
 
 /// Runs a world as [`run_logged`] does; `begins` gets the folder, for what else the world leaves.
-pub(crate) fn run_beside<W: World<D>, const D: usize>(
+///
+/// # Errors
+/// As [`run_logged`].
+pub fn run_beside<W: World<D>, const D: usize>(
     world: &mut W,
     schedule: Schedule,
     (request, metadata): (&FolderRequest, BTreeMap<String, String>),
@@ -127,7 +69,10 @@ pub(crate) fn run_beside<W: World<D>, const D: usize>(
 }
 
 /// Starts the log of a run; without one no folder is left. With `waits` a full queue waits.
-pub(crate) fn recorder(
+///
+/// # Errors
+/// If its file cannot be made.
+pub fn recorder(
     request: &FolderRequest,
     folder: &OutputFolder,
     of_run: BTreeMap<String, String>,
@@ -146,60 +91,11 @@ pub(crate) fn recorder(
         .map_err(Failure::from)
 }
 
-/// Hands over the ticks of a log in these files.
-fn read_ticks(
-    files: &[PathBuf],
-    take: &mut dyn FnMut(&TickMessage) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    for file in files {
-        for entry in LogReader::open(file)? {
-            if let Entry::Tick(message) = entry? {
-                take(&message)?;
-            }
-        }
-    }
-    Ok(())
-}
-
-impl Ran {
-    /// The samples that count, in memory or in the log.
-    pub(crate) fn samples(&self) -> Samples<'_> {
-        let Record {
-            whole, last, start, ..
-        } = &self.record;
-        match (whole, last) {
-            (Some(whole), _) => Samples::Whole(whole),
-            (None, Some(last)) => Samples::Logged(&self.log.paths, read_ticks, *start, last.tick),
-            (None, None) => Samples::Whole(&[]),
-        }
-    }
-
-    /// True if neither of its devices cut it short.
-    pub(crate) fn is_whole(&self) -> bool {
-        let second = self.second.as_ref().and_then(|second| second.record.ended);
-        self.record.ended.or(second).is_none()
-    }
-
-    pub(crate) fn of(record: Record, recorded: Recorded, folder: OutputFolder) -> Self {
-        Self {
-            record,
-            log: recorded.log,
-            folder,
-            fault_log: recorded.fault_log,
-            preflight: None,
-            drive: None,
-            second: None,
-            live_warnings: recorded.warnings,
-        }
-    }
-}
-
 /// Closes the log of a run. One that could not be written is the first thing to know, and what became of the force.
-pub(super) fn close(
-    recorder: Recorder,
-    record: &Record,
-    at_rest: bool,
-) -> Result<Recorded, Failure> {
+///
+/// # Errors
+/// If the log could not be written whole.
+pub fn close(recorder: Recorder, record: &RunRecord, at_rest: bool) -> Result<Recorded, Failure> {
     let stopped = record.ended == Some(Ending::LogStopped);
     recorder.finish().map_err(|error| {
         if !stopped {
@@ -215,7 +111,7 @@ pub(super) fn close(
 }
 
 /// Fewest and most samples of an experiment: at 1 kHz, eleven days. The disk is full before.
-pub(super) const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=1e9;
+pub const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=1e9;
 
 /// Ticks from one report of progress to the next, for the supervisor.
 pub(crate) const REPORT: u64 = 1024;
@@ -227,8 +123,8 @@ fn run<W: World<D>, const D: usize>(
     schedule: Schedule,
     recorder: &mut Recorder,
     supervisor: Supervisor<'_>,
-) -> Result<Record, Failure> {
-    let mut record = Record::with_room_for(schedule.samples)?;
+) -> Result<RunRecord, Failure> {
+    let mut record = RunRecord::with_room_for(schedule.samples);
     // Its thread is raised until the end of this function: what others run has been started.
     let clock = schedule.clock().map_err(Failure::run)?;
     let mut periodic = clock.map(Periodic::new).transpose().map_err(Failure::run)?;
@@ -296,7 +192,7 @@ fn run<W: World<D>, const D: usize>(
 
 /// Records in the log and the fault recorder why a run ends: `at` is the tick of the fault and its time, s, `event_s` that of the
 /// event, which is never before what is logged.
-pub(crate) fn tell_end(
+pub fn tell_end(
     recorder: &mut Recorder,
     ended: Ending,
     lateness: Option<Lateness>,
@@ -318,7 +214,7 @@ pub(crate) fn tell_end(
 }
 
 /// Writes what the clock says of the run into record and log.
-pub(crate) fn note_periodic(periodic: Periodic, record: &mut Record, recorder: &mut Recorder) {
+pub fn note_periodic(periodic: Periodic, record: &mut RunRecord, recorder: &mut Recorder) {
     let margin = periodic.spin_margin();
     record.raised(periodic.thread());
     let (timing, thread) = periodic.finish();

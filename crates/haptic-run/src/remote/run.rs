@@ -1,14 +1,16 @@
 //! A run to be made on a connected device: judged, configured, then handed to its session.
 
 use super::session::{HostSession, Ready, Steers};
-use crate::run::device::{firmware_version, refused_at_port};
-use crate::run::folder::FolderRequest;
-use crate::run::record::Record;
-use crate::run::recorder::Recorder;
-use crate::run::remote::partner::Partner;
-use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
-use crate::run::schedule::Schedule;
-use crate::run::{Ran, Supervisor, recorder};
+use crate::device::{firmware_version, refused_at_port};
+use crate::folder::FolderRequest;
+use crate::ran::Ran;
+use crate::record::RunRecord;
+use crate::recorder;
+use crate::recorder::Recorder;
+use crate::remote::partner::Partner;
+use crate::remote::{RemoteDevice, RemoteLaw, agreed};
+use crate::schedule::Schedule;
+use crate::supervisor::Supervisor;
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
 use haptic_document::Warn;
@@ -30,8 +32,10 @@ use haptic_trial::tick::TickRecord;
 use std::collections::BTreeMap;
 
 /// A run to be made on a device.
-pub(crate) struct RemoteRun<'a, M = TickMessage> {
+pub struct RemoteRun<'a, M = TickMessage> {
+    /// The device and how its link is watched.
     pub device: &'a RemoteDevice,
+    /// The law that it gets before it is armed.
     pub law: RemoteLaw,
     /// Number of ticks, and the length of each.
     pub schedule: Schedule,
@@ -45,14 +49,24 @@ pub(crate) struct RemoteRun<'a, M = TickMessage> {
     pub tares: bool,
     /// Known dynamics of a device at a port.
     pub dynamics: Option<Dynamics>,
+    /// Folder for its files.
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
     pub metadata: BTreeMap<String, String>,
 }
 
+impl<M> std::fmt::Debug for RemoteRun<'_, M> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RemoteRun")
+            .field("device", self.device)
+            .field("law", &self.law)
+            .finish_non_exhaustive()
+    }
+}
+
 impl<'a, M> RemoteRun<'a, M> {
     /// A run that nothing looks at before, as that of a second device, which is judged and described with that of the first.
-    pub(crate) fn new(
+    pub fn new(
         device: &'a RemoteDevice,
         law: RemoteLaw,
         schedule: Schedule,
@@ -74,7 +88,10 @@ impl<'a, M> RemoteRun<'a, M> {
     }
 
     /// Runs where the device's loop mode says; `controller` closes a loop on the host.
-    pub(crate) fn run<F: Real, E: Environment<F, D>, const D: usize>(
+    ///
+    /// # Errors
+    /// As [`steered`](Self::steered).
+    pub fn run<F: Real, E: Environment<F, D>, const D: usize>(
         self,
         controller: &mut Controller<F, D, E>,
         supervisor: Supervisor<'a>,
@@ -87,7 +104,10 @@ impl<'a, M> RemoteRun<'a, M> {
 
     /// Runs as [`run`](Self::run) does, but somebody may change the law between ticks, and hears of the device before it is armed: how many samples
     /// its loop here is late, and in how many ticks its force rises.
-    pub(crate) fn steered<F: Real, E: Environment<F, D>, const D: usize>(
+    ///
+    /// # Errors
+    /// If the device is not there, refuses the law or the pre-flight does, or a file cannot be written; after the start of a run only the last.
+    pub fn steered<F: Real, E: Environment<F, D>, const D: usize>(
         self,
         controller: &mut Controller<F, D, E>,
         steers: &mut impl Steers<F, E, D>,
@@ -207,7 +227,7 @@ impl<M> Ready<'_, M> {
 }
 
 /// Keep-alives for a while, and by them whole samples from a device to a loop here and back; 0 for a loop in the device.
-pub(crate) fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Schedule) -> usize {
+pub fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Schedule) -> usize {
     let measured = link.measure_round_trip(MEASURED);
     // Without any answer in that time it is as long at least.
     let round_trip_us = if measured.is_empty() {
@@ -227,7 +247,7 @@ impl<'a, M: TickRecord> Ready<'a, M> {
         recorder: Recorder,
         partner: Option<Partner<'a>>,
     ) -> Result<HostSession<'a, M, D>, Failure> {
-        let mut record = Record::with_room_for(self.schedule.samples)?;
+        let mut record = RunRecord::with_room_for(self.schedule.samples);
         record.start = self.start;
         record.lateness = Some(self.device.lateness());
         record.keeper = ForceKeeper {

@@ -1,7 +1,7 @@
 //! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, `tcp:HOST:PORT`, or one of another maker, as `haply:PATH`.
 
-use crate::run::identity::{DeviceIdentity, Told};
-use crate::run::remembered::{Remembered, loosened};
+use crate::identity::{DeviceIdentity, Told};
+use crate::remembered::{Remembered, loosened};
 use haptic_devices::ForeignName;
 use haptic_document::parameters::{DEVICE, TOUCH_AXES};
 use haptic_document::{Failure, Warn};
@@ -24,11 +24,11 @@ use std::time::Duration;
 ///
 /// `sim` is simulated in this program: no port.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct DeviceName(pub(crate) Option<LinkedName>);
+pub struct DeviceName(pub Option<LinkedName>);
 
 /// A device at a port by name: one to connect to.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum LinkedName {
+pub enum LinkedName {
     /// `serial:PATH[@BAUD]`, `serial:usb:NUMBER` or `tcp:HOST:PORT`: it speaks the protocol of this program.
     Serial(SerialName),
     /// Device of another maker: this program serves it.
@@ -37,7 +37,7 @@ pub(crate) enum LinkedName {
 
 /// A serial device by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct SerialName {
+pub struct SerialName {
     /// The port; `auto` for the only one at which a device answers.
     pub path: String,
     /// Bits per second; `None` tries the speeds that boards have.
@@ -174,7 +174,7 @@ impl DeviceName {
 
 impl LinkedName {
     /// True if both may be at one port, through whatever links: of which `auto` is any.
-    pub(crate) fn may_be(&self, other: &Self) -> bool {
+    pub fn may_be(&self, other: &Self) -> bool {
         let ports = [self.port(), other.port()];
         let [here, there] =
             (ports.each_ref()).map(|port| port_of(port).unwrap_or_else(|_| port.clone()));
@@ -193,7 +193,8 @@ impl LinkedName {
         }
     }
 
-    pub(crate) fn remembered(&self, link: &SerialLink) -> Remembered {
+    /// File of limits of the device at the other end of this link.
+    pub fn remembered(&self, link: &SerialLink) -> Remembered {
         Remembered::of(self.identity(link))
     }
 
@@ -218,7 +219,7 @@ impl LinkedName {
     }
 
     /// Identity of the device that is connected by this name.
-    pub(crate) fn identity(&self, link: &SerialLink) -> DeviceIdentity {
+    pub fn identity(&self, link: &SerialLink) -> DeviceIdentity {
         let path = match self {
             Self::Serial(_) => link.path().to_owned(),
             Self::Foreign(_) => self.port(),
@@ -234,7 +235,10 @@ impl LinkedName {
     }
 
     /// Connects for an experiment of `axes` axes, within the limits that were set on the device though it has forgotten them.
-    pub(crate) fn connect_with(
+    ///
+    /// # Errors
+    /// If it does not answer, has another number of axes, or another program holds it.
+    pub fn connect_with(
         &self,
         axes: usize,
         patience: Duration,
@@ -262,7 +266,10 @@ impl LinkedName {
     }
 
     /// Connects to all axes, as [`DeviceName::connect_all`] does.
-    pub(crate) fn connect_all(
+    ///
+    /// # Errors
+    /// As [`connect_with`](Self::connect_with).
+    pub fn connect_all(
         &self,
         axes: Option<usize>,
         patience: Duration,
@@ -470,7 +477,7 @@ pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
 
 /// The failure of a device that was connected. Where nothing comes from its board any more, that is what failed, whatever latched or was
 /// refused after it: exit code 3.
-pub(crate) fn at_link(link: &SerialLink, failure: Failure) -> Failure {
+pub fn at_link(link: &SerialLink, failure: Failure) -> Failure {
     match lost_board(link) {
         Some(words) => Failure::device(format_args!("{}: {words}", link.path())),
         None => failure,
@@ -619,7 +626,7 @@ mod tests {
 
     #[test]
     fn a_fault_ends_a_run_and_a_silent_port_is_not_usable() {
-        let report = crate::run::remote::bad_line_tests::reported(haptic_loop::Fault::BoardFailed);
+        let report = crate::remote::bad_lines::reported(haptic_loop::Fault::BoardFailed);
         let failure = |error: LinkError| at_port("/dev/x", &error.into());
         let faulted = failure(LinkError::Faulted(report));
         assert!(matches!(faulted, Failure::Run(_)));

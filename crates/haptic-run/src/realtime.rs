@@ -7,19 +7,22 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+/// Quantiles of a time over all ticks, µs.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Microseconds {
+pub struct Microseconds {
+    /// Half of them took no longer.
     pub p50: f64,
     /// 99 of 100 took no longer.
     pub p99: f64,
     /// 999 of 1000 took no longer.
     pub p999: f64,
+    /// The longest.
     pub max: f64,
 }
 
 impl Microseconds {
     /// Quantiles of these, ns.
-    pub(crate) fn of(durations: &Durations) -> Self {
+    pub fn of(durations: &Durations) -> Self {
         let at = |quantile| durations.quantile(quantile) as f64 / 1e3;
         Self {
             p50: at(0.5),
@@ -30,13 +33,14 @@ impl Microseconds {
     }
 }
 
-pub(crate) fn microseconds(time: Duration) -> f64 {
+/// A duration, µs.
+pub fn microseconds(time: Duration) -> f64 {
     time.as_nanos() as f64 / 1e3
 }
 
 /// Timing of a run by the clock.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct RealtimeSummary {
+pub struct RealtimeSummary {
     /// Priority that was granted; null for a normal thread.
     pub priority: Option<u8>,
     /// The core that it was pinned to.
@@ -49,11 +53,13 @@ pub(crate) struct RealtimeSummary {
     pub lateness_us: Microseconds,
     /// Time from its beginning to its end, including all that the loop does besides.
     pub compute_us: Microseconds,
+    /// Time from when it was due to its end: both.
     pub tick_us: Microseconds,
     /// Number of ticks at least a period late because the machine woke the loop late.
     pub late_by_wake_up: u64,
     /// Number of ticks at least a period late because the previous tick took too long.
     pub late_by_compute: u64,
+    /// Number of periods in which no tick began.
     pub skipped_periods: u64,
     /// The tick that ended latest after it was due.
     pub worst_cycle: Option<WorstTick>,
@@ -61,7 +67,7 @@ pub(crate) struct RealtimeSummary {
 
 /// A tick, and what took how long.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct WorstTick {
+pub struct WorstTick {
     /// Its number in the log.
     pub number: u64,
     /// Time from when it was due to when it began, µs.

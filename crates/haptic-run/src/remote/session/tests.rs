@@ -1,10 +1,10 @@
 //! A session that is handed its samples one by one, and two that share a contact.
 
 use super::*;
-use crate::run::remote::bad_line_tests::reported;
-use crate::run::remote::bad_line_tests::{ready, remote};
-use crate::run::remote::partner::{Both, Clock};
-use crate::run::{FolderRequest, recorder};
+use crate::remote::bad_lines::reported;
+use crate::remote::bad_lines::{ready, remote};
+use crate::remote::partner::{Both, Clock};
+use crate::{FolderRequest, recorder};
 use haptic_link::{BatchItem, Capabilities, Configuration, Limits};
 use haptic_log::record::{Entry, LogReader};
 use haptic_loop::units::{Newtons, NewtonsPerSecond, Seconds};
@@ -43,7 +43,7 @@ pub(super) fn quiet() -> Supervisor<'static> {
 
 /// Record of a finished session, and its log.
 pub(super) struct Left {
-    pub(super) record: Record,
+    pub(super) record: RunRecord,
     ticks: Vec<TickMessage>,
     /// Kinds and times, s.
     events: Vec<(String, f64)>,

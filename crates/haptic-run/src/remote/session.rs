@@ -1,14 +1,17 @@
 //! A configured device: arm, start, listen or control, let go, and close the log.
 
-use crate::run::fault_recorder::AFTER;
-use crate::run::folder::OutputFolder;
-use crate::run::record::Record;
-use crate::run::recorder::{Recorded, Recorder};
-use crate::run::remote::RemoteDevice;
-use crate::run::remote::partner::{Partner, Side};
-use crate::run::remote::summary::{LinkSummary, summarise};
-use crate::run::schedule::Schedule;
-use crate::run::{Ran, Supervisor, close, tell_end};
+use crate::conduct::{close, tell_end};
+use crate::fault_recorder::AFTER;
+use crate::folder::OutputFolder;
+use crate::link_summary::LinkSummary;
+use crate::ran::Ran;
+use crate::record::RunRecord;
+use crate::recorder::{Recorded, Recorder};
+use crate::remote::RemoteDevice;
+use crate::remote::partner::{Partner, Side};
+use crate::remote::summary::summarise;
+use crate::schedule::Schedule;
+use crate::supervisor::Supervisor;
 use fracdiff::Real;
 use haptic_document::Failure;
 use haptic_link::{
@@ -65,7 +68,7 @@ pub(super) struct Ready<'a, M> {
 pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) ready: Ready<'a, M>,
     pub(super) recorder: Recorder,
-    pub(super) record: Record,
+    pub(super) record: RunRecord,
     pub(super) samples_lost: u64,
     pub(super) next_tick: u64,
     /// The device has said that the run is over, or its newest sample that there is no force any more.
@@ -128,13 +131,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     }
 
     /// Finishes a drive, whose samples are in the log of the tissue's device.
-    pub(super) fn finish_drive(self) -> (Record, Result<Recorded, RecordError>) {
+    pub(super) fn finish_drive(self) -> (RunRecord, Result<Recorded, RecordError>) {
         let (record, recorder, _) = self.let_go();
         (record, recorder.finish())
     }
 
     /// The record, the log that is still to be closed, and true if the force is known to be zero.
-    fn let_go(mut self) -> (Record, Recorder, bool) {
+    fn let_go(mut self) -> (RunRecord, Recorder, bool) {
         self.count_missing_fault();
         // Only a device that has let go answers so; its force falls within its own stop time.
         let let_go =
@@ -510,7 +513,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
 /// Wish of whoever steers a loop, after a tick.
 #[derive(Debug)]
-pub(crate) enum Steered {
+pub enum Steered {
     /// It goes on; the log says this.
     On(Option<EventMessage>),
     /// This was the last tick of the run.
@@ -518,7 +521,7 @@ pub(crate) enum Steered {
 }
 
 /// Whoever may change the law of a loop here between its ticks.
-pub(crate) trait Steers<F: Real, E: Environment<F, D>, const D: usize> {
+pub trait Steers<F: Real, E: Environment<F, D>, const D: usize> {
     /// Looks at a tick.
     fn steer(&mut self, controller: &mut Controller<F, D, E>, sample: &Tick<F, D>) -> Steered;
 }
@@ -570,7 +573,7 @@ fn applied_n<const D: usize>(sample: &Sample) -> SVector<f64, D> {
 }
 
 /// Sample of what is known without the device: where the indenter is to be, m; the rest is not a number.
-pub(crate) fn blank(reference_m: f64) -> TickMessage {
+pub fn blank(reference_m: f64) -> TickMessage {
     TickMessage {
         reference_m: reference_m.into(),
         ..TickMessage::unknown(1)

@@ -11,13 +11,10 @@
 //!   has ended too. If this program dies, both devices let go by their watchdogs.
 //! - *Losses* are counted on each side.
 
-use crate::run::record::Record;
+use crate::ran::Aligned;
 use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{DeviceClock, SerialLink};
 use haptic_trial::ending::Ending;
-use haptic_trial::samples::RunStart;
-use serde::Serialize;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -273,32 +270,6 @@ impl<'a> Partner<'a> {
     }
 }
 
-/// The drive's clock beside that of the tissue's device.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Aligned {
-    /// Tick 0 of the drive on the tissue's device, s from its own tick 0.
-    #[serde(rename = "clock_offset_s")]
-    pub offset_s: f64,
-    /// Seconds that the clock of the tissue's device gains in one of the drive's.
-    #[serde(rename = "clock_drift")]
-    pub drift: f64,
-    /// Largest error of a time of one on the other, s.
-    #[serde(rename = "clock_residual_s")]
-    pub residual_s: f64,
-    /// Tick 0 of the tissue's device by its own clock, and of the drive by its own, s.
-    #[serde(rename = "clock_tick_0_s")]
-    pub tissue_tick_0_s: f64,
-    #[serde(rename = "clock_drive_tick_0_s")]
-    pub drive_tick_0_s: f64,
-}
-
-impl Aligned {
-    /// The time of the tissue's device, s from its tick 0, when the drive's time is this, from its own.
-    pub(crate) fn first_s(&self, second_s: f64) -> f64 {
-        self.offset_s + second_s * (1.0 + self.drift)
-    }
-}
-
 /// Present relation of both clocks; `None` until both are known.
 pub(super) fn aligned(both: &Both, clocks: &[Clock; 2]) -> Option<Aligned> {
     let [first, second] = clocks;
@@ -311,29 +282,6 @@ pub(super) fn aligned(both: &Both, clocks: &[Clock; 2]) -> Option<Aligned> {
         tissue_tick_0_s: 1e-6 * zero_us?,
         drive_tick_0_s: 1e-6 * drive_us?,
     })
-}
-
-/// Result of a drive on a device of its own.
-#[derive(Debug)]
-pub(crate) struct DriveRan {
-    /// The device, as on the command line.
-    pub device: String,
-    /// Its samples, in the time of the log.
-    pub record: Record,
-    /// `None` if a device did not send its time.
-    pub aligned: Option<Aligned>,
-    pub fault_log: Option<PathBuf>,
-    /// Time in which its force may rise, s: until the motion that it follows is over, or its push is judged.
-    pub may_rise_s: f64,
-}
-
-impl DriveRan {
-    /// Largest error of this start of the first device's run, as far as the clocks know, s; infinite of a device that did not send its time.
-    pub(crate) fn within_s(&self, start: RunStart) -> f64 {
-        self.aligned.map_or(f64::INFINITY, |aligned| {
-            aligned.residual_s + (start.begun_s() - aligned.offset_s).abs()
-        })
-    }
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ const RESULTS: &str = "results";
 /// Request for the folder and the names of an experiment's files. Nothing is made or removed yet.
 ///
 /// ```
-/// use haptic_experiment::run::FolderRequest;
+/// use haptic_run::FolderRequest;
 /// use std::collections::BTreeMap;
 ///
 /// let request = FolderRequest {
@@ -172,13 +172,14 @@ impl OutputFolder {
     }
 
     /// Removes CSV and pictures of an earlier run, which would pass for those of a run that made none.
-    pub(crate) fn remove_stale_results(&self) {
+    pub fn remove_stale_results(&self) {
         for extension in &EXTENSIONS[1..] {
             self.remove_stale(extension);
         }
     }
 
-    pub(crate) fn remove_stale(&self, extension: &str) {
+    /// Removes the file with this extension of an earlier run.
+    pub fn remove_stale(&self, extension: &str) {
         remove_earlier(&self.file(extension));
     }
 
@@ -214,12 +215,12 @@ impl OutputFolder {
     }
 
     /// Begins a table beside a log: rows, lists or tuples, under these names.
-    pub(crate) fn named_table_beside_log(&self, extension: &str, names: &[&str]) -> Table {
+    pub fn named_table_beside_log(&self, extension: &str, names: &[&str]) -> RunTable {
         self.table(extension, names, "the log is whole")
     }
 
     /// `kept` says what there is if it cannot be written.
-    fn table(&self, extension: &str, names: &[&str], kept: &'static str) -> Table {
+    fn table(&self, extension: &str, names: &[&str], kept: &'static str) -> RunTable {
         let made = NewFile::create(
             &self.file(extension),
             Leftover::Discard,
@@ -230,7 +231,7 @@ impl OutputFolder {
             writer: csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file)),
             kept,
         });
-        let mut table = Table(open.map_err(Failure::from));
+        let mut table = RunTable(open.map_err(Failure::from));
         if !names.is_empty() {
             table.write(|writer| writer.write_record(names));
         }
@@ -258,7 +259,7 @@ const NOTHING_KEPT: &str = "nothing was left behind under that name, make space 
 
 /// A table being written; it appears when complete. Write errors are reported at its end: an experiment continues without the table.
 #[derive(Debug)]
-pub(crate) struct Table(Result<OpenTable, Failure>);
+pub struct RunTable(Result<OpenTable, Failure>);
 
 #[derive(Debug)]
 struct OpenTable {
@@ -267,8 +268,9 @@ struct OpenTable {
     kept: &'static str,
 }
 
-impl Table {
-    pub(crate) fn row(&mut self, row: impl Serialize) {
+impl RunTable {
+    /// Writes a row, its cells in the order of the columns.
+    pub fn row(&mut self, row: impl Serialize) {
         self.write(|writer| writer.serialize(row));
     }
 
@@ -284,7 +286,10 @@ impl Table {
     }
 
     /// Gives the table its name, and returns it.
-    pub(crate) fn finish(self) -> Result<String, Failure> {
+    ///
+    /// # Errors
+    /// If the disk refused a row or the name: where, and what is lost.
+    pub fn finish(self) -> Result<String, Failure> {
         let mut open = self.0?;
         let path = open.new_file.target().to_owned();
         let flushed = open.writer.flush();

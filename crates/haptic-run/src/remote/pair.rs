@@ -1,9 +1,12 @@
 //! A run on two devices: both connected, configured and judged, then conducted by a thread each, see [`partner`](super::partner).
 
-use super::partner::{Both, DriveRan, Partner, Side, aligned};
+use super::partner::{Both, Partner, Side, aligned};
 use super::run::RemoteRun;
 use super::session::Ready;
-use crate::run::{Ran, Supervisor, recorder};
+use crate::ran::DriveRan;
+use crate::ran::Ran;
+use crate::recorder;
+use crate::supervisor::Supervisor;
 use fracdiff::Real;
 use haptic_document::Failure;
 use haptic_document::parameters::{
@@ -21,7 +24,10 @@ use std::sync::atomic::AtomicU64;
 type Judged<'a> = &'a dyn Fn([f64; 2]) -> Result<Option<DriveVerdict>, Failure>;
 
 /// Refuses more samples than a run on two devices keeps.
-pub(crate) fn fits_two_devices(samples: u64) -> Result<(), Failure> {
+///
+/// # Errors
+/// If there are more: the limit, and the keys to change.
+pub fn fits_two_devices(samples: u64) -> Result<(), Failure> {
     if keeps_all(samples) {
         Ok(())
     } else {
@@ -32,8 +38,10 @@ pub(crate) fn fits_two_devices(samples: u64) -> Result<(), Failure> {
 }
 
 /// A run on two devices.
-pub(crate) struct PairRun<'a> {
+pub struct PairRun<'a> {
+    /// The device that renders the tissue.
     pub tissue: RemoteRun<'a>,
+    /// The device that presses it.
     pub drive: RemoteRun<'a>,
     /// `None` of a drive that only pushes.
     pub judged: Option<Judged<'a>>,
@@ -43,9 +51,21 @@ pub(crate) struct PairRun<'a> {
     pub may_rise_s: f64,
 }
 
+impl std::fmt::Debug for PairRun<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PairRun")
+            .field("tissue", &self.tissue)
+            .field("drive", &self.drive)
+            .finish_non_exhaustive()
+    }
+}
+
 impl PairRun<'_> {
     /// Both are connected, configured and judged before any file is made, and any force. The controllers close what loops run here.
-    pub(crate) fn run<F, E, G>(
+    ///
+    /// # Errors
+    /// As [`RemoteRun::steered`], on either device.
+    pub fn run<F, E, G>(
         self,
         of_tissue: &mut Controller<F, 1, E>,
         of_drive: &mut Controller<f64, 1, G>,

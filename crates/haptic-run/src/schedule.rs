@@ -1,6 +1,6 @@
 //! Schedule of a run: the number of ticks, the time of each, and the pace of time.
 
-use crate::run::realtime::RealtimeOptions;
+use crate::realtime::RealtimeOptions;
 use haptic_loop::LoopParameterError;
 use haptic_loop::realtime::PeriodicConfig;
 use std::time::Duration;
@@ -25,10 +25,12 @@ impl std::fmt::Display for Pace {
 
 /// Number of ticks, the time of each, and their pace.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Schedule {
+pub struct Schedule {
     /// Number of ticks, including the one at time 0.
     pub samples: u64,
+    /// Time from one tick to the next, s.
     pub sample_time_s: f64,
+    /// Virtual time, or by the clock.
     pub pace: Pace,
 }
 
@@ -42,7 +44,10 @@ impl Schedule {
     }
 
     /// The clock of this machine, if the run follows it.
-    pub(crate) fn clock(&self) -> Result<Option<PeriodicConfig>, LoopParameterError> {
+    ///
+    /// # Errors
+    /// If the clock cannot keep this sample time.
+    pub fn clock(&self) -> Result<Option<PeriodicConfig>, LoopParameterError> {
         let Pace::Realtime(options) = self.pace else {
             return Ok(None);
         };

@@ -4,7 +4,7 @@
 //! due ──lateness──▶ begun ──compute──▶ done ──rest of the period──▶ due
 //! ```
 
-use crate::run::realtime::Microseconds;
+use crate::realtime::Microseconds;
 use haptic_loop::realtime::Durations;
 use haptic_trial::flat::flat;
 use std::collections::BTreeMap;

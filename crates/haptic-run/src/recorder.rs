@@ -5,7 +5,7 @@
 
 use super::budget::{Budget, TickParts};
 use super::fault_recorder::{FaultRecorder, FaultSeen, RunOfFault};
-use crate::run::folder::fault_log_of;
+use crate::folder::fault_log_of;
 use haptic_log::live::Live;
 use haptic_log::record::{BUDGET, FinishedLog, RecordError, RollingLog, StartTime, remove_earlier};
 use haptic_message::{EventMessage, TickMessage};
@@ -58,6 +58,7 @@ enum Entry {
 /// Results of [`Recorder::finish`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recorded {
+    /// Files of the log, closed.
     pub log: FinishedLog,
     /// The log of a fault, if one latched.
     pub fault_log: Option<PathBuf>,
@@ -180,7 +181,7 @@ impl Recorder {
     }
 
     /// True if what follows a fault has been kept too, or there was no fault.
-    pub(crate) fn has_aftermath(&self) -> bool {
+    pub fn has_aftermath(&self) -> bool {
         self.flight.fault().is_none() || self.flight.is_full()
     }
 

@@ -6,9 +6,8 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
+use super::link_summary::LinkSummary;
 use super::realtime::RealtimeSummary;
-use super::remote::LinkSummary;
-use haptic_document::Failure;
 use haptic_loop::realtime::Durations;
 use haptic_loop::realtime::RaisedThread;
 use haptic_message::{EndKind, RunEnd};
@@ -19,7 +18,7 @@ use haptic_trial::tick::{KeptSample, TickRecord};
 
 /// Record of a run, up to where it ended; everything else is in the log.
 #[derive(Debug)]
-pub(crate) struct Record {
+pub struct RunRecord {
     /// Start of the run in the log.
     pub start: RunStart,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
@@ -28,6 +27,7 @@ pub(crate) struct Record {
     pub approach: Vec<KeptSample>,
     /// Number of samples that count.
     pub samples: u64,
+    /// The last sample that counts; `None` before the first.
     pub last: Option<KeptSample>,
     /// Time that each tick took, ns, the simulated rig included.
     pub tick_ns: Durations,
@@ -69,15 +69,16 @@ struct After {
     largest_n: f64,
 }
 
-impl Record {
+impl RunRecord {
     /// Empty, with room for the samples, if they are to be kept.
-    pub(crate) fn with_room_for(samples: u64) -> Result<Self, Failure> {
+    #[must_use]
+    pub fn with_room_for(samples: u64) -> Self {
         let whole = if keeps_all(samples) {
             Some(Vec::with_capacity(samples as usize))
         } else {
             None
         };
-        Ok(Self {
+        Self {
             start: RunStart::default(),
             whole,
             approach: Vec::new(),
@@ -100,31 +101,31 @@ impl Record {
             largest_force_n: 0.0,
             farthest_m: 0.0,
             after: After::default(),
-        })
+        }
     }
 
     /// Largest magnitude of the commanded force, N, of the samples that count.
-    pub(crate) const fn largest_force_n(&self) -> f64 {
+    pub const fn largest_force_n(&self) -> f64 {
         self.largest_force_n
     }
 
     /// Largest magnitude of the commanded force in all samples, those after an early end included, N.
-    pub(crate) const fn peak_force_n(&self) -> f64 {
+    pub const fn peak_force_n(&self) -> f64 {
         self.largest_force_n.max(self.after.largest_n)
     }
 
     /// Largest position of all samples, those after an early end included, m; at least 0.
-    pub(crate) const fn farthest_m(&self) -> f64 {
+    pub const fn farthest_m(&self) -> f64 {
         self.farthest_m
     }
 
     /// True if the device cannot be used any more: its link is lost, or its board.
-    pub(crate) const fn device_lost(&self) -> bool {
+    pub const fn device_lost(&self) -> bool {
         self.board_lost.is_some() || matches!(self.ended, Some(Ending::LinkLost(_)))
     }
 
     /// Release of the force, if the run ended before its time.
-    pub(crate) fn let_go(&self) -> Option<LetGo> {
+    pub fn let_go(&self) -> Option<LetGo> {
         let ended = self.ended?;
         Some(match self.lost() {
             Some(_) => LetGo::Commanded,
@@ -134,7 +135,7 @@ impl Record {
     }
 
     /// Why the run ended before its time, in words, if it did.
-    pub(crate) fn reason(&self) -> Option<String> {
+    pub fn reason(&self) -> Option<String> {
         let ended = self.ended?;
         if let Some(lost) = self.lost() {
             return Some(lost.to_owned());
@@ -161,18 +162,18 @@ impl Record {
     }
 
     /// Time of the last sample, s; 0 without samples.
-    pub(crate) fn duration_s(&self) -> f64 {
+    pub fn duration_s(&self) -> f64 {
         self.last.map_or(0.0, |last| last.time_s)
     }
 
     /// Samples and events that the disk was too slow for.
-    pub(crate) fn dropped_by_disk(&self) -> u64 {
+    pub fn dropped_by_disk(&self) -> u64 {
         let line = self.link.as_ref().map_or(0, LinkSummary::samples_missing);
         self.dropped.saturating_sub(line)
     }
 
     /// End of the run, for its log: `planned` samples were to be made, `made` were.
-    pub(crate) fn end(&self, planned: u64, made: u64) -> RunEnd {
+    pub fn end(&self, planned: u64, made: u64) -> RunEnd {
         let ended = match self.ended {
             None => EndKind::Finished,
             // The log of a run that could not be written is cut: this does not reach it.
@@ -204,7 +205,7 @@ impl Record {
     }
 
     /// Adds a sample, if it counts.
-    pub(crate) fn push(&mut self, message: &impl TickRecord) {
+    pub fn push(&mut self, message: &impl TickRecord) {
         let logged = message.kept();
         let Some(sample) = self.start.counted(logged) else {
             return;
@@ -222,7 +223,7 @@ impl Record {
     }
 
     /// Adds a sample that is in the log but no part of the result: the force is on its way to zero.
-    pub(crate) fn push_after(&mut self, message: &impl TickRecord) {
+    pub fn push_after(&mut self, message: &impl TickRecord) {
         let sample = message.kept();
         let force_n = sample.applied_force_n.abs();
         self.falls(message);
@@ -232,7 +233,7 @@ impl Record {
 
     /// Samples and ticks before the run, from where a full history has to be summed: the first tick at which the device was engaged, not that from
     /// which the run counts.
-    pub(crate) fn before(&self) -> Before<'_> {
+    pub fn before(&self) -> Before<'_> {
         Before {
             samples: &self.approach,
             ticks: if self.approach.is_empty() {
@@ -266,7 +267,7 @@ mod tests {
     #[test]
     fn a_run_counts_from_its_start() {
         let start = RunStart::at(502, 1e-3);
-        let mut record = Record::with_room_for(10).expect("few");
+        let mut record = RunRecord::with_room_for(10);
         record.start = start;
         for tick in 500..505 {
             record.push(&TickMessage {

@@ -1,5 +1,6 @@
 use super::*;
-use crate::run::identity::{Told, tests::port};
+use crate::identity::Told;
+use crate::identity::tests::port;
 use haptic_link::SerialNumber;
 use tempfile::tempdir;
 use testkit::{Random, assert_refused, assert_says};

@@ -2,13 +2,15 @@
 //! arrives, by the code of a run. Only the links behind the sessions are quiet ones.
 
 use super::RemoteDevice;
-use super::partner::{Both, Clock, DriveRan, Partner, Side, aligned};
+use super::partner::{Both, Clock, Partner, Side, aligned};
 use super::session::{HostSession, Ready, blank};
-use crate::experiment::kind::Watched;
-use crate::run::device::{LinkedName, SerialName};
-use crate::run::record::Record;
-use crate::run::schedule::{Pace, Schedule};
-use crate::run::{Ran, recorder};
+use crate::device::{LinkedName, SerialName};
+use crate::ran::DriveRan;
+use crate::ran::Ran;
+use crate::record::RunRecord;
+use crate::recorder;
+use crate::schedule::{Pace, Schedule};
+use crate::supervisor::Watched;
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
 use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_emulator::{FaultyLine, LineFaults, NearLine};
@@ -22,7 +24,6 @@ use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, LazyLock, Mutex};
 use std::time::Duration;
-use testkit::Random;
 
 const TICK_US: u64 = 1000;
 const T: f64 = 1e-3;
@@ -30,7 +31,7 @@ const T: f64 = 1e-3;
 const ALIVE_US: u64 = 100_000;
 
 /// A fault of a device, as it reports it.
-pub(crate) fn reported(fault: Fault) -> FaultReport {
+pub fn reported(fault: Fault) -> FaultReport {
     let status = Status {
         state: State::Fault,
         fault: fault.code(),
@@ -45,9 +46,11 @@ pub(crate) fn reported(fault: Fault) -> FaultReport {
 }
 
 /// A run of a pair whose devices speak over bad lines.
-pub(crate) struct BadPair<'a> {
+pub struct BadPair<'a> {
+    /// Faults of the lines of the tissue and of the drive.
     pub faults: [LineFaults; 2],
-    pub seed: u64,
+    /// Random bits for lines and clocks.
+    pub bits: &'a mut dyn FnMut() -> u64,
     /// Samples from the drive's beginning on.
     pub samples: u64,
     /// The tissue's place so long after the true beginning of the drive, m.
@@ -122,7 +125,10 @@ impl Device {
 }
 
 /// A link to an emulated servo in its own time, which answers; and the servo's adapter.
-pub(crate) fn quiet() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
+///
+/// # Panics
+/// If the emulated servo does not answer.
+pub fn quiet() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
     let servo = EmulatedServo::new(1, Shaft::LEVER).expect("a good servo");
     let adapter = Arc::new(Mutex::new(EmulatedAdapter::new(servo)));
     let time = DeviceTime::default();
@@ -135,7 +141,7 @@ pub(crate) fn quiet() -> (SerialLink, Arc<Mutex<EmulatedAdapter>>) {
 
 static GOES_ON: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-pub(super) fn remote() -> RemoteDevice {
+pub(crate) fn remote() -> RemoteDevice {
     let path = "device".to_owned();
     RemoteDevice::new(LinkedName::Serial(SerialName { path, baud: None }))
 }
@@ -168,14 +174,18 @@ pub(super) fn ready<'a>(
     }
 }
 
-impl BadPair<'_> {
-    fn device(&self, side: Side, random: &mut Random) -> Device {
-        let faults = self.faults[side as usize];
-        let mut line = || FaultyLine::new(faults, random.bits()).expect("good faults");
+/// Uniform in [0, 1).
+fn share(bits: &mut dyn FnMut() -> u64) -> f64 {
+    (bits() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+impl Device {
+    fn behind(faults: LineFaults, bits: &mut dyn FnMut() -> u64) -> Device {
+        let mut line = || FaultyLine::new(faults, bits()).expect("good faults");
         let (to_host, to_device) = (line(), line());
         Device {
-            offset_us: (1e9 * random.share()) as u64,
-            rate: 1.0 + 1e-4 * (random.share() - 0.5),
+            offset_us: (1e9 * share(bits)) as u64,
+            rate: 1.0 + 1e-4 * (share(bits) - 0.5),
             begins_us: 250_137,
             next_tick: 0,
             to_host,
@@ -184,13 +194,26 @@ impl BadPair<'_> {
             made: Vec::new(),
         }
     }
+}
 
+impl std::fmt::Debug for BadPair<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("BadPair")
+            .field("faults", &self.faults)
+            .finish_non_exhaustive()
+    }
+}
+
+impl BadPair<'_> {
     /// The run as it is judged, and how much later than the truth the record of the tissue begins to count, s.
-    pub(crate) fn run(self, watched: Watched<'_>) -> (Ran, f64) {
-        let random = &mut Random(self.seed);
-        let mut devices = [Side::Tissue, Side::Drive].map(|side| self.device(side, random));
+    ///
+    /// # Panics
+    /// If a part of the test itself fails.
+    pub fn run(self, watched: Watched<'_>) -> (Ran, f64) {
+        let mut devices = [Side::Tissue, Side::Drive]
+            .map(|side| Device::behind(self.faults[side as usize], self.bits));
         // The drive waits until the tissue's force has risen.
-        devices[1].begins_us += 300_000 + (400_000.0 * random.share()) as u64;
+        devices[1].begins_us += 300_000 + (400_000.0 * share(self.bits)) as u64;
         let epoch = Moment::now();
         let clocks = devices.each_ref().map(|device| {
             let pings = Arc::clone(&device.pings);
@@ -244,7 +267,7 @@ impl BadPair<'_> {
             }
         }
         let aligned = aligned(&both, &clocks);
-        let (record, recorded): (Record, _) = drive.finish_drive();
+        let (record, recorded): (RunRecord, _) = drive.finish_drive();
         let fault_log = recorded.expect("a log").fault_log;
         let ran = tissue.finish(made).expect("a log");
         // As the tissue's clock counts from its tick 0.
