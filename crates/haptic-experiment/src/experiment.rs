@@ -15,6 +15,7 @@ pub(crate) mod trial;
 pub(crate) mod wall;
 
 use haptic_document::parameters::{KeyTable, ON_DEVICE};
+use haptic_judge::coupler as judged;
 use haptic_trial::keys;
 use haptic_trial::safety::keys::SAFETY;
 use kind::{Companion, Kind};
@@ -23,8 +24,8 @@ pub use teleoperation::{End, FarReport, Terms};
 const RELAXATION: KeyTable = ("relaxation", rendering::RELAX);
 const CREEP: KeyTable = ("creep", rendering::CREEP);
 const RENDERING: KeyTable = ("rendering", rendering::RENDERING);
-const COUPLER_REQUIRED: KeyTable = ("required", coupler::COUPLER_REQUIRED);
-const COUPLER: KeyTable = ("coupler", coupler::COUPLER);
+const COUPLER_REQUIRED: KeyTable = ("required", judged::COUPLER_REQUIRED);
+const COUPLER: KeyTable = ("coupler", judged::COUPLER);
 const TELEOPERATION: KeyTable = ("teleoperation", keys::teleoperation::TELEOPERATION);
 const TOUCH: KeyTable = ("touch", touch::TOUCH);
 const PRESS: KeyTable = ("press", press::PRESS);
@@ -85,12 +86,12 @@ pub(crate) const HEADINGS: &[KeyTable] = &[
     ("[relax] and [creep]", rendering::RENDERING),
     (
         "[drive], beside [relax], [creep], [press], [wall] or [coupler]",
-        drive::DRIVE,
+        keys::drive::DRIVE,
     ),
     ("[wall], required", keys::wall::WALL_REQUIRED),
     ("[wall]", keys::wall::WALL),
-    ("[coupler], required", coupler::COUPLER_REQUIRED),
-    ("[coupler]", coupler::COUPLER),
+    ("[coupler], required", judged::COUPLER_REQUIRED),
+    ("[coupler]", judged::COUPLER),
     ("[teleoperation]", keys::teleoperation::TELEOPERATION),
     ("[touch]", touch::TOUCH),
     ("[press]", press::PRESS),
@@ -120,7 +121,7 @@ pub(crate) fn find(name: &str) -> Option<&'static Kind> {
 /// Tables of a kind, or of the drive beside one: heading and parameters; `None` if it is not one.
 pub(crate) fn tables(name: &str) -> Option<&'static [KeyTable]> {
     match name {
-        DRIVE_TABLE => Some(&[(DRIVE_TABLE, drive::DRIVE)]),
+        DRIVE_TABLE => Some(&[(DRIVE_TABLE, keys::drive::DRIVE)]),
         _ => find(name).map(|kind| kind.keys),
     }
 }

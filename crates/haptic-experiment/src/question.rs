@@ -1,24 +1,23 @@
 //! Questions to a device as TOML: one table, `[zwidth]`, `[design]` or that of an analysis, read as experiments are.
 
 pub(crate) mod calibration;
-pub(crate) mod design;
 mod machine_check;
 pub(crate) mod measurement;
 pub(crate) mod zwidth;
 
 pub use calibration::{CalibrationReport, Calibrator, GRAVITY, Person};
-pub use design::coupler::CouplerAnswer;
-use design::coupler::CouplerDesign;
-use design::front::Front;
-pub use design::front::{FrontReport, FrontWall};
-pub use design::{Candidate, DesignReport};
-use design::{Design, WishName};
 use haptic_document::Warn;
 use haptic_document::parameters::{ON_DEVICE, Parameter};
 use haptic_document::{Document, Failure};
 use haptic_question::analysis::{self, Analysis};
 use haptic_question::analysis::{Analysed, Drawn, Region};
 use haptic_question::bench::BENCH;
+pub use haptic_question::design::coupler::CouplerAnswer;
+use haptic_question::design::coupler::CouplerDesign;
+use haptic_question::design::front::Front;
+pub use haptic_question::design::front::{FrontReport, FrontWall};
+use haptic_question::design::{self, DesignWish, WallDesign};
+pub use haptic_question::design::{Candidate, DesignReport};
 use haptic_run::document::read_document;
 use haptic_run::folder::OutputFolder;
 use haptic_trial::device_table::with_devices;
@@ -93,7 +92,7 @@ enum Asked {
     /// `[zwidth]`: how stiff a wall can be rendered?
     ZWidth(Box<ZWidth>),
     /// `[design]`: what is the most that a device can render?
-    Design(Box<Design>),
+    Design(Box<WallDesign>),
     /// `[design]` with the wish coupler.
     Coupler(CouplerDesign),
     /// `[design]` with the key front.
@@ -128,11 +127,11 @@ impl Question {
                 Asked::Front(Box::new(design::reading::front(&table)?))
             }
             _ => match design::reading::wish(&table)? {
-                WishName::Coupler => Asked::Coupler(design::reading::coupler(&table)?),
-                wish @ (WishName::StiffestWall
-                | WishName::MostDamping
-                | WishName::Tissue
-                | WishName::Controller) => {
+                DesignWish::Coupler => Asked::Coupler(design::reading::coupler(&table)?),
+                wish @ (DesignWish::StiffestWall
+                | DesignWish::MostDamping
+                | DesignWish::Tissue
+                | DesignWish::Controller) => {
                     Asked::Design(Box::new(design::reading::design(&table, wish)?))
                 }
             },
@@ -299,8 +298,8 @@ impl Answer {
 
 #[cfg(test)]
 mod tests {
-    use super::design::coupler::CouplerCriterion;
     use super::*;
+    use haptic_question::design::coupler::CouplerCriterion;
 
     fn read(text: &str) -> Result<Question, String> {
         Question::parse(Path::new("form"), text).map_err(|error| error.to_string())

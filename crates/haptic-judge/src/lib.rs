@@ -3,15 +3,22 @@
 #![warn(unreachable_pub)]
 
 pub mod compared;
+pub mod controller_holder;
+pub mod coupler;
 pub mod curves;
 pub mod decimated;
 pub mod felt;
 pub mod modelled_tissue;
 pub mod position_controller;
+pub mod position_law;
 pub mod preflight;
+pub mod pushed;
+pub mod pushed_trial;
 pub mod reference;
 pub mod sensed;
 pub mod settling;
+pub mod setup;
 pub mod swings;
 pub mod tissue_table;
 pub mod trial;
+pub mod wall;

@@ -6,6 +6,7 @@ pub mod analysis;
 pub mod bench;
 pub mod control_loop;
 pub mod controller;
+pub mod design;
 pub mod form;
 pub mod measurement;
 pub mod plant;

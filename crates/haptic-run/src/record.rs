@@ -21,7 +21,7 @@ use haptic_trial::tick::{KeptSample, TickRecord};
 pub struct RunRecord {
     /// Start of the run in the log.
     pub start: RunStart,
-    /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
+    /// The samples; `None` for a run of more than [`WHOLE_MOST`](haptic_trial::samples::WHOLE_MOST), whose samples are in its log.
     pub whole: Option<Vec<KeptSample>>,
     /// Samples of the device from its first tick to the beginning of a run with a partner: its tissue remembers where it was.
     pub approach: Vec<KeptSample>,

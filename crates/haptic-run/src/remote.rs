@@ -106,14 +106,6 @@ impl RemoteDevice {
         Duration::from_millis(u64::from(self.watchdog_ms()))
     }
 
-    /// Limits of the chain in this program: in a loop here [`host_limits`]; with the device's own loop it only checks them.
-    pub fn limits_here(&self, limits: haptic_loop::SafetyLimits) -> haptic_loop::SafetyLimits {
-        match self.loop_mode {
-            LoopMode::Host => host_limits(&limits),
-            LoopMode::Device => limits,
-        }
-    }
-
     /// Lateness that the device allows this host.
     pub fn lateness(&self) -> Lateness {
         Lateness {
@@ -437,18 +429,6 @@ fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option
     Some(format!(
         "the limits set on the device hold where they are tighter: {tighter}; a run cannot loosen them, host-cli device set can"
     ))
-}
-
-/// Limits of the chain that closes a loop here: force, norm, rate, start and stop. The rest is up to the device, which
-/// knows where it is without delay.
-const fn host_limits(limits: &haptic_loop::SafetyLimits) -> haptic_loop::SafetyLimits {
-    haptic_loop::SafetyLimits {
-        norm: limits.norm,
-        start_force: limits.start_force,
-        stop_time: limits.stop_time,
-        brake_force: limits.brake_force,
-        ..haptic_loop::SafetyLimits::bare(limits.force, limits.rate)
-    }
 }
 
 /// Coefficients for a device that does not compute the force itself: one zero.

@@ -249,15 +249,16 @@ pub const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter; N] {
 }
 
 /// Parameters as constants: name, kind, and what it is made of; each is documented by its key, and its help says the rest.
-/// Behind `crate;` stand those that nobody outside names. Behind `mod keys;` they are a module too, for whoever hands all of them on.
+/// Behind `crate;` stand those that nobody outside names. Behind `pub(crate) mod keys;` they are a module too, for whoever hands all of them on.
 #[macro_export]
 macro_rules! parameters {
     (crate; $($(#[$meta:meta])* $name:ident = $kind:ident($key:expr $(, $part:expr)* $(,)?);)*) => {
         $($(#[$meta])* pub(crate) const $name: $crate::parameters::Parameter =
             $crate::parameters::Parameter::$kind($key $(, $part)*);)*
     };
-    (mod $keys:ident; $($rows:tt)*) => {
-        pub(crate) mod $keys {
+    ($seen:vis mod $keys:ident; $($rows:tt)*) => {
+        #[doc = "All of these keys."]
+        $seen mod $keys {
             use super::*;
 
             $crate::parameters! { $($rows)* }

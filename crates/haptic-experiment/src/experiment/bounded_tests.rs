@@ -2,7 +2,6 @@
 
 use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::indentation::Indentation;
-use crate::experiment::trial::Trial as _;
 use crate::experiment::wall::WallExperiment;
 use crate::open::ExperimentFile;
 use haptic_document::Failure;

@@ -15,20 +15,18 @@ mod tests;
 
 use fracdiff::parameter::Shown;
 use fracdiff::{Real, Seconds};
-use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
+use fractional_control::{ControlError, ControllerSetup};
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::Parameter;
-use haptic_document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
+use haptic_document::parameters::range::FORCE_LIMITS;
 use haptic_document::parameters::{
     CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
 };
-use haptic_document::{Failure, FileError, Table, parameters};
+use haptic_document::{Failure, FileError, Table};
+use haptic_judge::controller_holder::ControllerHolder;
 use haptic_judge::modelled_tissue::Sampled;
 use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{
-    FacingContact, FacingSide, HeldRig, Holder, IndentationRig, RampHold, RigDrive,
-};
+use haptic_loop::plant::{FacingContact, FacingSide, HeldRig, IndentationRig, RampHold, RigDrive};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 use haptic_message::TickMessage;
@@ -37,6 +35,7 @@ use haptic_run::device::DeviceName;
 use haptic_run::remote::RemoteDevice;
 use haptic_trial::advice::single;
 use haptic_trial::device_table::{device_model_by, without};
+use haptic_trial::keys::drive::{CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE, DRIVE_FORCE_LIMIT};
 use haptic_trial::simulate::Instrumented;
 use haptic_trial::{ControllerFile, DeviceModel};
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
@@ -47,28 +46,6 @@ use std::convert::Infallible;
 use std::fmt::Debug;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-parameters! {
-    crate;
-    /// Force limit of the drive, N.
-    DRIVE_FORCE_LIMIT = optional("drive_force_limit_n", FORCE_LIMITS,
-        "Largest force of the drive on the indenter [default: four times the peak that the tissue predicts, and twice the friction of the device; beside [wall] or [coupler] the push]");
-    /// Spring of the contact of two devices, N/m.
-    CONTACT_STIFFNESS = number("contact_stiffness_n_per_m", 1e5, "100kN/m", STIFFNESSES, "Stiffness of the contact of two devices, for the analysis");
-    /// Damper of that contact, N·s/m.
-    CONTACT_DAMPING = number("contact_damping_n_s_per_m", 80.0, "80", DAMPINGS, "Damping of that contact, for the analysis");
-}
-
-/// Keys of `[drive]`: some are for `[relax]` and `[creep]` alone.
-pub(crate) const DRIVE: &[Parameter] = &[
-    CONTROLLER,
-    DRIVE_FORCE_LIMIT,
-    DRIVE_DEVICE,
-    DRIVE_DEVICE_MODEL,
-    DRIVE_LOOP,
-    CONTACT_STIFFNESS,
-    CONTACT_DAMPING,
-];
 
 /// `[drive]`, beside an experiment on this device, of which a file may say more; its tissue resists with this peak, N.
 pub(crate) fn drive(
@@ -229,111 +206,6 @@ pub(crate) fn set_point(drive: RigDrive, time_s: f64) -> f64 {
     }
 }
 
-/// A controller with its history.
-#[derive(Debug)]
-pub(crate) struct ControllerHolder {
-    running: Box<dyn Running>,
-    /// The last command was at a limit.
-    pub(crate) limited: bool,
-}
-
-/// A controller of any type.
-trait Running: Debug {
-    /// The command; `true` if it had to be limited.
-    fn command(&self, r: f64, y: f64) -> (f64, bool);
-
-    /// Takes in what was really commanded.
-    fn advance(&mut self, r: f64, y: f64, command: f64);
-
-    fn reset(&mut self);
-
-    fn copy(&self) -> Box<dyn Running>;
-}
-
-#[derive(Clone, Debug)]
-struct Own<C: Controller<f64>> {
-    controller: C,
-    history: C::History,
-}
-
-impl<C: Controller<f64> + Clone + Debug + 'static> Running for Own<C> {
-    fn command(&self, r: f64, y: f64) -> (f64, bool) {
-        let wanted = self.controller.wanted(&self.history, r, y);
-        let command = self.controller.output(&self.history, r, y);
-        (command, wanted.to_bits() != command.to_bits())
-    }
-
-    fn advance(&mut self, r: f64, y: f64, command: f64) {
-        self.controller.advance(&mut self.history, r, y, command);
-    }
-
-    fn copy(&self) -> Box<dyn Running> {
-        Box::new(self.clone())
-    }
-
-    fn reset(&mut self) {
-        self.history = self.controller.at_rest();
-    }
-}
-
-/// Keeps the controller that a setup makes.
-#[derive(Default)]
-struct Maker(Option<Box<dyn Running>>);
-
-impl UseController for Maker {
-    fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C) {
-        self.0 = Some(Box::new(Own {
-            controller: controller.clone(),
-            history: controller.at_rest(),
-        }));
-    }
-}
-
-impl ControllerHolder {
-    pub(crate) fn new(setup: &ControllerSetup) -> Result<Self, ControlError> {
-        let mut maker = Maker::default();
-        setup.with_controller(&mut maker)?;
-        let running = maker.0.ok_or(ControlError::Empty { what: "controller" })?;
-        Ok(Self {
-            running,
-            limited: false,
-        })
-    }
-
-    /// The command; leaves the history alone.
-    pub(crate) fn command(&self, set_point: f64, measured: f64) -> f64 {
-        self.running.command(set_point, measured).0
-    }
-
-    /// Takes in what was really applied.
-    pub(crate) fn advance(&mut self, set_point: f64, measured: f64, applied: f64) {
-        self.running.advance(set_point, measured, applied);
-    }
-}
-
-impl Holder for ControllerHolder {
-    fn force(&mut self, set_point: f64, measured: f64) -> f64 {
-        let (command, limited) = self.running.command(set_point, measured);
-        self.advance(set_point, measured, command);
-        self.limited = limited;
-        command
-    }
-
-    fn restart(&mut self) {
-        self.running.reset();
-        self.limited = false;
-    }
-}
-
-impl Clone for ControllerHolder {
-    fn clone(&self) -> Self {
-        Self {
-            running: self.running.copy(),
-            limited: self.limited,
-        }
-    }
-}
-
 /// Set points of a drive.
 #[derive(Clone, Debug)]
 enum Way {
@@ -435,8 +307,7 @@ impl Environment<f64, 1> for HostDrive {
         if self.rests(history) {
             return ([0.0].into(), [measured].into());
         }
-        let running = &history.holder.running;
-        let (command, _) = running.command(self.set_point(history), measured);
+        let command = history.holder.command(self.set_point(history), measured);
         ([command].into(), [measured].into())
     }
 
@@ -448,8 +319,7 @@ impl Environment<f64, 1> for HostDrive {
     ) {
         if !self.rests(history) {
             let set_point = self.set_point(history);
-            let running = &mut history.holder.running;
-            running.advance(set_point, input[0], applied_n[0]);
+            (history.holder).advance(set_point, input[0], applied_n[0]);
         }
         history.tick += 1;
     }

@@ -21,7 +21,6 @@ use super::rendering::{
     PIECE_STIFFNESS, PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING, RIG_MASS,
     STRAIN, STRESS,
 };
-use super::trial::safe_chain;
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
 use crate::judge::against::Measured;
 use crate::judge::{Published, Report};
@@ -58,6 +57,7 @@ use haptic_trial::advice::parameter;
 use haptic_trial::device_table::{device_model, force_sensor, samples_fit, sensors, without};
 use haptic_trial::drive_verdict::DriveVerdict;
 use haptic_trial::preflight::{Findings, note_findings};
+use haptic_trial::safe_chain::{chain, limits_here, safe_chain};
 use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use haptic_trial::samples::count;
 use haptic_trial::simulate::{SimulatedLoop, Sink, simulate};
@@ -380,7 +380,7 @@ impl Indentation {
         second: &DriveDevice,
         opposed_n: Arc<AtomicU64>,
     ) -> Result<Controller<f64, 1, drive::HostDrive>, Failure> {
-        let limits = second.remote.limits_here(self.limits_of(drive));
+        let limits = limits_here(second.remote.loop_mode, self.limits_of(drive));
         let chain = SafetyChain::from_limits(&limits, self.actuator.sample_time);
         let environment = drive.on_host(self.load, self.sample_time_s(), opposed_n)?;
         Ok(Controller::new(environment, chain.map_err(parameter)?))
@@ -430,9 +430,12 @@ impl Indentation {
                 &self.actuator,
                 self.sensors,
                 safety,
-                conduct,
+                conduct.at_port(),
             )?,
-            Some(remote) => conduct.chain(&remote.limits_here(self.limits_there()), t, safety)?,
+            Some(remote) => {
+                let limits = limits_here(remote.loop_mode, self.limits_there());
+                chain(&limits, t, safety, conduct.at_port())?
+            }
         };
         Ok(Controller::new(environment, chain))
     }

@@ -1,15 +1,12 @@
 //! The interface of an experiment of any kind.
 
 use crate::judge::{Published, Report};
-use fracdiff::{Real, Seconds};
 use haptic_document::parameters::KeyTable;
 use haptic_document::{Failure, FileError, Table};
-use haptic_loop::{SafetyChain, SafetyLimits};
+use haptic_link::LoopMode;
 use haptic_run::Watched;
 use haptic_run::remote::RemoteDevice;
 use haptic_run::schedule::{Pace, Schedule};
-use haptic_trial::advice::parameter;
-use haptic_trial::safety::Safety;
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -72,19 +69,9 @@ impl Conduct {
         }
     }
 
-    /// A chain of these limits, if all that was asked for acts where it runs.
-    pub(crate) fn chain<F: Real>(
-        &self,
-        limits: &SafetyLimits,
-        t: Seconds,
-        safety: &Safety,
-    ) -> Result<SafetyChain<F>, Failure> {
-        let chain = SafetyChain::from_limits(limits, t).map_err(parameter)?;
-        match self.remote {
-            None => safety.acts()?,
-            Some(_) => safety.acts_on_device()?,
-        }
-        Ok(chain)
+    /// Place of the loop of a device at a port; `None` for the simulated one.
+    pub(crate) fn at_port(&self) -> Option<LoopMode> {
+        self.remote.as_ref().map(|remote| remote.loop_mode)
     }
 }
 

@@ -20,7 +20,7 @@ mod tests;
 use super::drive::{self, Drive, HostDrive, PressPath, Section};
 use super::kind::{Conduct, Experiment};
 use super::reading::{metadata, remote};
-use super::trial::{no_law_there, safe_chain};
+use super::trial::no_law_there;
 use crate::experiment::rendering::DEPTH;
 use crate::judge::{Published, Report};
 use doubts::Open;
@@ -55,7 +55,9 @@ use haptic_trial::advice::parameter;
 use haptic_trial::device_table::dynamics;
 use haptic_trial::device_table::{device, force_sensor, samples_fit, without};
 use haptic_trial::drive_verdict::DriveVerdict;
+use haptic_trial::keys::drive::DRIVE_FORCE_LIMIT;
 use haptic_trial::preflight::{Findings, note_findings};
+use haptic_trial::safe_chain::safe_chain;
 use haptic_trial::safety::{Safety, safety};
 use haptic_trial::samples::WHOLE_MOST;
 use haptic_trial::sensor_offset::OFFSET_SAMPLES;
@@ -65,7 +67,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 parameters! {
-    mod keys;
+    pub(crate) mod keys;
     PROTOCOL = text("protocol", "ramp", "How it is pressed");
     /// Largest depth, m.
     PRESS_DEPTH = number(DEPTH.key, 2e-3, "2mm", REACHES_ABOVE_0, "Depth to hold, from where the handle begins: in front of the specimen");
@@ -196,7 +198,7 @@ impl Press {
             &self.device,
             self.sensors,
             &self.safety,
-            &self.conduct,
+            self.conduct.at_port(),
         )?;
         let law = self
             .drive
@@ -313,7 +315,7 @@ pub(crate) fn press(table: &Table<'_>, held: Option<&Table<'_>>) -> Result<Press
     let t = table.number(&SAMPLE_TIME)?;
     let (device, sensors) = device(table, t)?;
     let force_limit_n = table.number(&FORCE_LIMIT)?;
-    let of_drive = held.map(|held| held.number_if(&drive::DRIVE_FORCE_LIMIT));
+    let of_drive = held.map(|held| held.number_if(&DRIVE_FORCE_LIMIT));
     let of_drive = of_drive.transpose()?.flatten().unwrap_or(force_limit_n);
     let drive = match given(&CONTROLLER) {
         Some(held) => drive::drive(held, None, None, force_limit_n)?,

@@ -9,7 +9,7 @@ use haptic_document::{named, parameters, parameters as p};
 use serde::Serialize;
 
 parameters! {
-    mod keys;
+    pub(crate) mod keys;
     /// Depth of a relaxation, m.
     DEPTH = optional("depth_m", REACHES_ABOVE_0, "Depth to hold, instead of a strain");
     STRAIN = number("strain", 0.05, "5%", STRAINS, "Strain to hold");

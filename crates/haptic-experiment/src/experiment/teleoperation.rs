@@ -21,7 +21,6 @@ mod side;
 mod tests;
 
 use super::kind::{Conduct, Experiment as _};
-use super::trial::safe_chain;
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
@@ -52,6 +51,7 @@ use haptic_trial::keys::teleoperation::{
 };
 use haptic_trial::keys::trial::TRIAL_FORCE_RATE_LIMIT;
 use haptic_trial::preflight::PreflightVerdict;
+use haptic_trial::safe_chain::safe_chain;
 use haptic_trial::safety::{Safety, safety};
 pub use line::End;
 pub use side::{FarReport, Terms};
@@ -263,7 +263,13 @@ impl TeleoperationExperiment {
         };
         let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
         let limits = force_and_rate(force, rate, self.sample_time());
-        safe_chain(limits, device, Sensors::NONE, &self.safety, &self.conduct)
+        safe_chain(
+            limits,
+            device,
+            Sensors::NONE,
+            &self.safety,
+            self.conduct.at_port(),
+        )
     }
 
     /// The pair for the analysis; `None` for time-domain passivity, which is not a linear law.

@@ -17,7 +17,6 @@ mod shape;
 
 use super::kind::{Conduct, Experiment as _};
 use super::reading::remote;
-use super::trial::safe_chain;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
@@ -41,6 +40,7 @@ use haptic_trial::Sensors;
 use haptic_trial::device_table::dynamics;
 use haptic_trial::device_table::{force_sensor, samples_fit, sensors, without};
 use haptic_trial::keys::trial::TRIAL_FORCE_RATE_LIMIT;
+use haptic_trial::safe_chain::safe_chain;
 use haptic_trial::safety::keys::WORKSPACE_LOW;
 use haptic_trial::safety::{GuardChoice, Safety, safety, workspace};
 use haptic_trial::samples::WHOLE_MOST;
@@ -207,7 +207,13 @@ impl TouchExperiment {
     /// of the force alone; the rest is the device's.
     fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
         let (limits, device) = (self.norm_and_box(), self.lightest());
-        safe_chain(limits, &device, self.sensors, &self.safety, &self.conduct)
+        safe_chain(
+            limits,
+            &device,
+            self.sensors,
+            &self.safety,
+            self.conduct.at_port(),
+        )
     }
 
     fn norm_and_box(&self) -> SafetyLimits {

@@ -15,6 +15,7 @@ use super::runner::{HeldWorld, Steering};
 use super::ticking::{FadingFelt, LoopOrder, Looping, Stimulus};
 use super::waiting::{Gate, Kept, LOOK, Shared, Watching};
 use crate::experiment::kind::Experiment as _;
+use crate::experiment::trial::law_of;
 use crate::experiment::wall::WallExperiment;
 use crate::open::DocumentOfKind as _;
 use crate::open::ExperimentFile;
@@ -237,7 +238,7 @@ fn no_law() -> Result<Document, Failure> {
 fn wall(document: &Document) -> Result<WallExperiment, Failure> {
     let experiment = ExperimentFile::open(document)?;
     let wall: Option<&WallExperiment> = experiment.of();
-    wall.filter(|wall| wall.setup.second.is_none())
+    wall.filter(|wall| wall.trial.setup.second.is_none())
         .cloned()
         .ok_or_else(|| Failure::bad_input("a session feels walls alone, without [drive]"))
 }
@@ -297,7 +298,7 @@ impl Work {
             warn: &warn,
         };
         let schedule = self.wall.schedule(TICKS);
-        let ran = match self.wall.setup.conduct.remote.clone() {
+        let ran = match self.wall.conduct.remote.clone() {
             None => self.simulated(schedule, supervisor),
             Some(device) => self.steered(&device, schedule, supervisor),
         };
@@ -313,7 +314,7 @@ impl Work {
         schedule: Schedule,
         supervisor: Supervisor<'_>,
     ) -> Result<Ran, Failure> {
-        let law = self.wall.setup.law();
+        let law = law_of(&self.wall.trial.setup);
         let run = RemoteRun {
             metadata: self.metadata,
             ..RemoteRun::new(device, law, schedule, &|_| blank(0.0), &self.request)
@@ -337,7 +338,7 @@ impl Work {
     }
 
     fn simulated(mut self, schedule: Schedule, supervisor: Supervisor<'_>) -> Result<Ran, Failure> {
-        let setup = &self.wall.setup;
+        let setup = &self.wall.trial.setup;
         let free = MassDamperConfig {
             stiffness: NewtonsPerMetre(0.0),
             ..setup.device
@@ -428,7 +429,7 @@ impl Session {
         let base = prepared(&options)?;
         let without_force = base.with(&no_law()?)?;
         let mut wall = wall(&without_force)?;
-        let remote = wall.setup.conduct.remote.clone();
+        let remote = wall.conduct.remote.clone();
         if let Some(remote) = remote
             .as_ref()
             .filter(|remote| remote.loop_mode == LoopMode::Device)
@@ -440,18 +441,18 @@ impl Session {
         }
         let claim = remote.as_ref().map(|remote| Claim::of(&remote.name));
         let claim = claim.transpose()?;
-        wall.setup.conduct.pace = match (options.realtime, &remote) {
+        wall.conduct.pace = match (options.realtime, &remote) {
             (Some(thread), _) => Pace::Realtime(thread),
             (None, Some(_)) => Pace::Realtime(RealtimeOptions::default()),
             (None, None) => Pace::Virtual,
         };
-        let t = wall.setup.device.sample_time;
+        let t = wall.trial.setup.device.sample_time;
         let nothing = Pushing::new(no_wall(t)?, false);
         let law = Placed::new(nothing.clone(), 0.0);
-        let controller = Controller::new(fading(&law, t), wall.setup.chain()?);
+        let controller = Controller::new(fading(&law, t), wall.trial.setup.chain()?);
         let (orders, ends, from_loop) = Orders::new();
         let shared = Arc::new(Shared::default());
-        let virtual_time = wall.setup.conduct.pace == Pace::Virtual;
+        let virtual_time = wall.conduct.pace == Pace::Virtual;
         let gate = virtual_time.then(|| Arc::new(Gate::default()));
         let (connected, connects) = channel();
         let given: Vec<&str> = options.document.given().collect();
@@ -493,7 +494,7 @@ impl Session {
             base,
             log: options.log,
             t,
-            dynamics: wall.setup.dynamics(),
+            dynamics: wall.trial.setup.dynamics(),
             line: 0,
             at_port: remote.is_some(),
             nothing,
@@ -611,17 +612,17 @@ impl Session {
             hand_stiffness_n_per_m: self.dynamics.hand_stiffness_n_per_m + HAND_STIFFNESS.0,
             ..self.dynamics
         };
-        let (felt, free) = wall.judged_law(HORIZON, self.dynamics, self.line)?;
-        let (_, in_hand) = wall.judged_law(HORIZON, held, self.line)?;
+        let (felt, free) = wall.trial.judged_law(HORIZON, self.dynamics, self.line)?;
+        let (_, in_hand) = wall.trial.judged_law(HORIZON, held, self.line)?;
         refuse_unstable(&free)?;
         refuse_unstable(&in_hand)?;
         let words = format!(
             "order {}, K {} N/m, B {} N·s^μ/m, scheme {}, contact {}",
-            wall.order,
-            wall.stiffness_n_per_m,
-            wall.dissipation_n_s_mu_per_m,
-            wall.scheme,
-            wall.contact.name()
+            wall.trial.order,
+            wall.trial.stiffness_n_per_m,
+            wall.trial.dissipation_n_s_mu_per_m,
+            wall.trial.scheme,
+            wall.trial.contact.name()
         );
         Ok(Allowed { law: felt, words })
     }

@@ -5,12 +5,12 @@ pub use crate::experiment::rendering::keys::*;
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
 pub use crate::question::QUESTIONS;
 pub use crate::question::calibration::{CALIBRATION, keys::*};
-pub use crate::question::design::keys::*;
 pub use crate::question::zwidth::keys::*;
 pub use haptic_document::parameters::*;
 pub use haptic_question::analysis;
 pub use haptic_question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
 pub use haptic_question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
+pub use haptic_question::design::keys::*;
 pub use haptic_question::measurement::MEASUREMENT;
 pub use haptic_question::measurement::keys::*;
 pub use haptic_question::plant::keys::{PLANT_RECORD, VALIDATE};
@@ -26,11 +26,11 @@ use crate::experiment::press::Protocol;
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
-use crate::question::design::{RequireName, WishName};
 use crate::{GuardChoice, Named, Precision, experiment, question};
 use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::Criterion;
 use haptic_link::Architecture;
+use haptic_question::design::{DesignWish, RequireName};
 use haptic_question::measurement::MeasuredAxis;
 use haptic_question::tissue::{KIND, TISSUE_MODEL, models};
 use haptic_tissue::identify::{Baseline, RecordKind, ShiftBy, Weighting};
@@ -118,7 +118,7 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
         "precision" => names::<Precision>(),
         "require" => names::<RequireName>(),
         "shape" => names::<ShapeName>(),
-        "wish" => names::<WishName>(),
+        "wish" => names::<DesignWish>(),
         _ => Vec::new(),
     }
 }

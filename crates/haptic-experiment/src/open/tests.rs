@@ -20,10 +20,10 @@ fn a_wall_has_the_defaults_of_the_dissertation() {
     let file = read(WALL).expect("good");
     let wall: &WallExperiment = file.of().expect("a wall");
     let have = [
-        wall.stiffness_n_per_m,
-        wall.setup.plan.push_n,
-        wall.setup.plan.duration_s,
-        wall.setup.plan.window_s,
+        wall.trial.stiffness_n_per_m,
+        wall.trial.setup.plan.push_n,
+        wall.trial.setup.plan.duration_s,
+        wall.trial.setup.plan.window_s,
     ];
     assert!(
         have.iter()
@@ -40,7 +40,7 @@ fn a_wall_is_judged_by_the_dissertations_rule_where_the_file_says_so_on_any_devi
         let text = WALL.replace("[wall]\n", &format!("[wall]\n{keys}"));
         let file = read(&text).expect("good");
         let wall: &WallExperiment = file.of().expect("a wall");
-        wall.setup.plan()
+        wall.trial.setup.plan()
     };
     let settling = plan("");
     assert_eq!(settling.criterion, Criterion::Settling);
@@ -146,8 +146,8 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
     let file = read(COUPLER).expect("good");
     let coupler: &CouplerExperiment = file.of().expect("a coupler");
     assert_eq!(
-        coupler.object,
-        crate::question::design::coupler::CouplerDesign::OBJECT
+        coupler.trial.object,
+        haptic_question::design::coupler::CouplerDesign::OBJECT
     );
     assert_eq!(file.samples().expect("valid"), 5001);
     // What is given over the file may still ask for a loop on the host.
@@ -185,7 +185,7 @@ fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
         let parsed = ExperimentFile::parse(&folder.join("wall.toml"), &text);
         let file = parsed.expect("good");
         let wall: &WallExperiment = file.of().expect("a wall");
-        let known = wall.setup.dynamics();
+        let known = wall.trial.setup.dynamics();
         assert_eq!(
             (known.delay_s, known.current_lag_s),
             (0.0013, 0.0005),
@@ -214,7 +214,7 @@ fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() {
 fn mass_kg(document: &Document) -> f64 {
     let file = ExperimentFile::open(document).expect("good");
     let wall: &WallExperiment = file.of().expect("a wall");
-    wall.setup.device.mass.0
+    wall.trial.setup.device.mass.0
 }
 
 #[test]
@@ -324,14 +324,14 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
     // The file that nobody asks for any more need not be there.
     let file = ExperimentFile::open(&document).expect("good");
     let wall: &WallExperiment = file.of().expect("a wall");
-    let known = wall.setup.dynamics();
+    let known = wall.trial.setup.dynamics();
     assert_eq!(
         (known.mass_kg, known.damping_n_s_per_m, known.delay_s),
         (0.08, 0.1, 0.001)
     );
     // A guard does not count on more damping than that.
-    assert_eq!(wall.setup.known.damping_n_s_per_m, Some(0.1));
-    assert_eq!(wall.setup.known.mass_kg, Some(0.08));
+    assert_eq!(wall.trial.setup.known.damping_n_s_per_m, Some(0.1));
+    assert_eq!(wall.trial.setup.known.mass_kg, Some(0.08));
     let written = document.to_toml().expect("good");
     for absent in ["mass_kg", "delay_s", "friction_n"] {
         assert!(

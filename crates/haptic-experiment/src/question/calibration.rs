@@ -28,7 +28,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{TryRecvError, channel};
 
 parameters! {
-    mod keys;
+    pub(crate) mod keys;
     CALIBRATE_WEIGHT = optional("weight_kg", Range::AboveUpTo(0.0, 100.0),
         "Weight to hang on the handle; omit it with a scale");
     CALIBRATE_STEP = number("resolution_kg", 1e-3, "1g", Range::Within(0.0, 1.0), "Smallest step of the scale");

@@ -55,7 +55,7 @@ use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 
 parameters! {
-    mod keys;
+    pub(crate) mod keys;
     ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", WALL_ORDERS, "Orders of the dissipation, 0 to 2");
     ZWIDTH_POINTS = count("points", 21, "21", "Dissipations for each order, from 0 to the largest stable one");
 }

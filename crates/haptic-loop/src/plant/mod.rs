@@ -28,7 +28,7 @@ mod pressed;
 mod profile;
 mod rig;
 mod sensed;
-#[cfg(feature = "std")]
+#[cfg(feature = "schemes")]
 mod trial;
 
 pub use axes::Axes;
@@ -44,5 +44,5 @@ pub use pressed::{PressedDevice, PressedSpecimen, SpecimenMatter};
 pub use profile::{ImposedMotion, RampHold};
 pub use rig::{IndentationRig, RigConfig, RigContact, RigDrive, RigServo, SUB_STEPS};
 pub use sensed::Sensed;
-#[cfg(feature = "std")]
+#[cfg(feature = "schemes")]
 pub use trial::run_wall;

@@ -1,8 +1,6 @@
 //! An experiment on a pushed device: the interface of a wall and a coupler, and the report of both.
 
-use super::PushedLoop;
-use super::second::OfDrive;
-use super::setup::{Parts, TrialSetup};
+use super::second::{OfDrive, driven, push_into};
 use crate::experiment::drive::{SecondReport, tell};
 use crate::experiment::kind::{Conduct, Experiment};
 use crate::experiment::reading::metadata;
@@ -13,42 +11,30 @@ use crate::judge::warnings::Warnings;
 use crate::judge::{Published, origin};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
-use haptic_analysis::Dynamics;
-use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, Named as _, rows};
 use haptic_judge::compared::Compared;
 use haptic_judge::curves::{Curves, Drawing};
 use haptic_judge::decimated::Decimated;
-use haptic_judge::felt::FeltSummary;
+use haptic_judge::felt::{FeltSummary, Tally};
+use haptic_judge::pushed::PushedLoop;
+use haptic_judge::pushed_trial::{Hit, PushedTrial};
 use haptic_judge::reference::ReferenceWeights;
 use haptic_judge::reference::TOLERANCE;
 use haptic_judge::sensed::SensedForce;
 use haptic_judge::settling::{Criterion, Settling, TrialVerdict};
-use haptic_loop::Environment;
+use haptic_judge::setup::{TrialParts, TrialSetup};
 use haptic_run::Watched;
 use haptic_run::record::RunRecord;
 use haptic_run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
 use haptic_run::{Ran, run_logged};
 use haptic_trial::GuardChoice;
 use haptic_trial::ending::Ending;
-use haptic_trial::preflight::{Findings, PreflightVerdict, note_findings};
+use haptic_trial::keys::trial::PushBy;
+use haptic_trial::preflight::{Findings, note_findings};
 use haptic_trial::tick::KeptSample;
-use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::collections::BTreeMap;
-
-/// A trial of a wall at one speed.
-#[derive(Debug, Serialize)]
-pub(crate) struct Hit {
-    impact_m_per_s: f64,
-    verdict: TrialVerdict,
-    peak_force_n: f64,
-}
-
-/// The loudest of these noises.
-pub(crate) fn louder(noises: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
-    noises.into_iter().flatten().reduce(f64::max)
-}
+use std::fmt::Debug;
 
 /// Said of a trial whose push came from the motor that rendered the law.
 const SHARED: &str = "one actuator rendered the law and pushed: its limits held for both together";
@@ -63,39 +49,10 @@ pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
 /// The force of each sample less that of the full history, N, or the reason why it has no meaning.
 pub(crate) type OffN<'a> = Result<OfSample<'a>, &'static str>;
 
-/// An experiment on a pushed device.
-pub(crate) trait Trial: Experiment + Clone {
-    /// The law that the device feels.
-    type Law: Environment<f64, 1, History: Send> + Send;
-    const KIND: &'static str;
-    /// Reason for a push that no rest position belongs to.
-    const NO_REST: &'static str;
-    const MUST_BE_STABLE: Parameter;
-    /// Said behind the verdict of a trial that this key refuses.
-    const REFUSED: &'static str;
-
-    fn setup(&self) -> &TrialSetup;
-
-    fn setup_mut(&mut self) -> &mut TrialSetup;
-
-    fn operator_choice(&self) -> (Order, Scheme);
-
-    /// The law in words, for the line below a picture.
-    fn law_in_words(&self) -> String;
-
-    /// The loop, made of good parameters.
-    fn parts(&self) -> Result<Parts<Self::Law>, Failure>;
-
-    /// Analysis of the loop with this device and `line` samples of delay on a line besides its own.
-    fn judge(
-        &self,
-        samples: u64,
-        dynamics: Dynamics,
-        line: usize,
-    ) -> Result<PreflightVerdict, Failure>;
-
+/// A law on a pushed device that can be run: what needs its log or its device.
+pub(crate) trait Trial: PushedTrial + Debug + Send + Sync + 'static {
     /// The law and the push for a serial device.
-    fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure>;
+    fn law_there(&self, samples: u64) -> Result<RemoteLaw, Failure>;
 
     /// The force of a run that reached its end against the full history.
     fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure>;
@@ -105,34 +62,32 @@ pub(crate) trait Trial: Experiment + Clone {
         Ok(None)
     }
 
-    /// The law as its report has it, with the place at the end of an object behind it, m.
-    fn law_in_rows(&self, settling: &Settling, object_m: Option<f64>) -> Value;
-
-    /// True unless the pre-flight says something of the law that `must_be_stable` refuses beside an unstable loop.
-    fn is_accepted(&self, _: &PreflightVerdict) -> bool {
-        true
-    }
-
-    /// Speeds at which it is hit beside that of its plan, m/s: a device that stands here, of a law that never pulls.
-    fn hits(&self) -> Vec<f64> {
-        Vec::new()
-    }
-
     /// A further warning about a run.
     fn warning(&self, _: &Ran) -> Option<String> {
         None
     }
+}
 
+/// A law on a pushed device, and how it is run.
+#[derive(Clone, Debug)]
+pub(crate) struct Conducted<T> {
+    pub(crate) trial: T,
+    pub(crate) conduct: Conduct,
+    /// A second device at a port, which pushes.
+    pub(crate) second: Option<RemoteDevice>,
+}
+
+impl<T: Trial> Conducted<T> {
     /// Runs the loop and writes the log.
-    fn recorded(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
-        let mut parts = self.parts()?;
-        let (setup, samples) = (self.setup(), parts.samples);
-        let judge = |dynamics, line| self.judge(samples, dynamics, line);
+    pub(crate) fn recorded(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
+        let mut parts = self.trial.parts()?;
+        let (setup, samples) = (self.trial.setup(), parts.samples);
+        let judge = |dynamics, line| self.trial.judge(samples, dynamics, line);
         let mut metadata = self.metadata();
         let dynamics = setup.dynamics();
         let schedule = self.schedule(samples);
         let (request, supervisor) = (watched.request, watched.supervisor);
-        let Some(remote) = &setup.conduct.remote else {
+        let Some(remote) = &self.conduct.remote else {
             // Nothing can break, so it is only noted.
             let verdict = judge(dynamics, 0)?;
             note_findings(&mut metadata, "preflight", &verdict);
@@ -144,87 +99,46 @@ pub(crate) trait Trial: Experiment + Clone {
             });
         };
         let look = |dynamics, line| judge(dynamics, line).map(Findings::Loop);
-        let law = self.law_there(remote, samples)?;
+        let law = self.trial.law_there(samples)?;
         let run = RemoteRun {
             preflight: Some(&look),
-            force_unstable: setup.conduct.force_unstable,
+            force_unstable: self.conduct.force_unstable,
             dynamics: Some(dynamics),
             metadata,
             ..RemoteRun::new(remote, law, schedule, &|_| blank(0.0), request)
         };
-        match &setup.second {
-            None => run.run(&mut parts.controller, supervisor),
-            Some(second) => {
+        match (&setup.second, &self.second) {
+            (Some(second), Some(there)) => {
                 let (plan, safety) = (&setup.plan, setup.safety());
-                second.push_into(plan, &safety, run, &mut parts.controller, supervisor)
+                push_into(
+                    (second, there),
+                    plan,
+                    &safety,
+                    run,
+                    &mut parts.controller,
+                    supervisor,
+                )
             }
-        }
-    }
-
-    /// Runs it without log or files: does it settle, at each hit, and without friction too?
-    fn settled(&self) -> Result<Settling, Failure> {
-        Ok(self.worst(self.named(self.tried()?)?)?.0)
-    }
-
-    /// The worst of this judgement and those of all further hits, and all of them if there are any.
-    fn worst(&self, recorded: Settling) -> Result<(Settling, Vec<Hit>), Failure> {
-        let mut all = vec![recorded];
-        for impact_m_per_s in self.hits() {
-            let mut other = self.clone();
-            other.setup_mut().plan.impact_m_per_s = impact_m_per_s;
-            all.push(other.named(other.tried()?)?);
-        }
-        let worse = |a: Settling, b: &Settling| if b.verdict > a.verdict { *b } else { a };
-        let worst = Settling {
-            noise_n: louder(all.iter().map(|settling| settling.noise_n)),
-            ..all.iter().fold(recorded, worse)
-        };
-        let hits = all.iter().filter(|_| all.len() > 1).map(|settling| Hit {
-            impact_m_per_s: settling.impact_m_per_s,
-            verdict: settling.verdict,
-            peak_force_n: settling.peak_force_n,
-        });
-        Ok((worst, hits.collect()))
-    }
-
-    /// Runs it without log or files, to see if it settles.
-    fn tried(&self) -> Result<Settling, Failure> {
-        self.parts().map(Parts::tried)
-    }
-
-    /// Changes the verdict if friction alone holds the device. Noise includes that of the device without friction: a moving hand feels it.
-    fn named(&self, settling: Settling) -> Result<Settling, Failure> {
-        let Some(smooth) = self.setup().smooth().filter(|_| settling.stable) else {
-            return Ok(settling);
-        };
-        let mut other = self.clone();
-        *other.setup_mut() = smooth;
-        let smooth = other.tried()?;
-        if smooth.stable {
-            Ok(Settling {
-                noise_n: louder([settling.noise_n, smooth.noise_n]),
-                ..settling
-            })
-        } else {
-            Ok(settling.by_friction("without friction the device does not come to rest"))
+            // Both are at ports, or neither.
+            _ => run.run(&mut parts.controller, supervisor),
         }
     }
 
     /// Judges a run, and writes the table of one that reached its end.
-    fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
-        let (setup, record) = (self.setup(), &ran.record);
-        let mut seen = self.clone();
+    pub(crate) fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
+        let (setup, record) = (self.trial.setup(), &ran.record);
+        let mut seen = self.trial.clone();
         if let Some(link) = &record.link {
             let step = &mut seen.setup_mut().sensors.encoder_resolution_m;
             *step = step.max(link.position_resolution_m);
         }
-        let Parts {
+        let TrialParts {
             mut judge, rest_m, ..
         } = seen.parts()?;
-        let start_m = setup.start_m(ran)?;
-        let (order, scheme) = self.operator_choice();
+        let start_m = start_m(setup, ran)?;
+        let (order, scheme) = self.trial.operator_choice();
         let whole = ran.is_whole();
-        let mut felt = setup.felt(record);
+        let mut felt = felt(setup, record);
         ran.samples().for_each(|sample| {
             let place_m = sample.position_m - start_m;
             judge.see(sample.time_s, place_m, sample.force_n);
@@ -237,7 +151,7 @@ pub(crate) trait Trial: Experiment + Clone {
             judge.swung();
         }
         let felt = felt.map(|felt| felt.summary());
-        let mut recorded = self.named(judge.settling(whole, rest_m))?;
+        let mut recorded = self.trial.named(judge.settling(whole, rest_m))?;
         let pushed = setup.plan.push_of_motor().is_some() && record.link.is_some();
         let judged_so = setup.plan.criterion == Criterion::Settling;
         let tap = record.link.as_ref().and_then(|link| link.tap);
@@ -245,7 +159,7 @@ pub(crate) trait Trial: Experiment + Clone {
             recorded = recorded.by_friction(UNTAPPED);
         }
         let (settling, hits) = if whole {
-            self.worst(recorded)?
+            self.trial.worst(recorded)?
         } else {
             (recorded, Vec::new())
         };
@@ -259,24 +173,24 @@ pub(crate) trait Trial: Experiment + Clone {
             Some(felt) => of_hand(felt, record),
             None => (
                 settling.verdict.words(),
-                warnings(Self::KIND, &settling, &hits, agrees, record),
+                warnings(T::KIND, &settling, &hits, agrees, record),
             ),
         };
         warnings.0.extend(setup.not_thrown());
-        warnings.0.extend(self.warning(ran));
+        warnings.0.extend(self.trial.warning(ran));
         let (mut curves, mut object_m) = (None, None);
         let mut sensed_rows = json!({});
         let (files, operator_error);
         if whole {
             let (off_n, object) = if start_m == 0.0 {
-                (self.off_n(ran)?, self.object_m(ran)?)
+                (self.trial.off_n(ran)?, self.trial.object_m(ran)?)
             } else {
                 (Err("the law began where the handle stood"), None)
             };
             let push_n = setup.plan.own_push_n().unwrap_or(0.0);
             let push_n = |tick| push_n + tap.map_or(0.0, |tap| tap.at(tick));
             let second = (setup.second.as_ref())
-                .map(|second| second.driven(ran, setup.plan.push_n, &setup.safety()));
+                .map(|second| driven(second, ran, setup.plan.push_n, &setup.safety()));
             let compared = Comparison::of(ran, push_n, off_n, object, second.transpose()?)?;
             (files, operator_error) = (compared.files, compared.error);
             let sensed = compared.sensed;
@@ -285,10 +199,19 @@ pub(crate) trait Trial: Experiment + Clone {
             object_m = compared.object_m;
             let object = object_m.map_or("", |_| "object_position_m");
             let origin = origin(record);
-            let title = format!("A trial of a {}, {origin}", Self::KIND);
-            let law = self.law_in_words();
+            let title = format!("A trial of a {}, {origin}", T::KIND);
+            let law = self.trial.law_in_words();
             let push_n = felt.is_none().then_some(setup.plan.push_n);
-            let subtitle = format!("{law} · {}", words(setup, scheme, push_n, verdict));
+            let subtitle = format!(
+                "{law} · {}",
+                words(
+                    setup,
+                    device_name(self.conduct.remote.as_ref()),
+                    scheme,
+                    push_n,
+                    verdict
+                )
+            );
             let drive = setup.second.as_ref().map_or("", |_| "drive_force_n");
             let names = ["position_m", object, "force_n", drive];
             let rest_m = settling.expected_deflection_m;
@@ -300,7 +223,7 @@ pub(crate) trait Trial: Experiment + Clone {
             files = Files::of_run(ran, None);
             operator_error = Compared::without_meaning("the run was cut short");
         }
-        let device = device_name(setup.conduct.remote.as_ref());
+        let device = device_name(self.conduct.remote.as_ref());
         let t = setup.device.sample_time.0;
         let shared = setup.plan.own_push_n().map(|push_n| {
             json!({ "push_by": setup.plan.push_by.name(), "shared_actuator": SHARED, "push_n": push_n })
@@ -334,10 +257,10 @@ pub(crate) trait Trial: Experiment + Clone {
         let verdict = verdict.to_owned();
         let is_accepted = settling.stable
             && agrees == Some(true)
-            && (ran.preflight.as_ref()).is_some_and(|analysis| self.is_accepted(analysis));
+            && (ran.preflight.as_ref()).is_some_and(|analysis| self.trial.is_accepted(analysis));
         let unmet = (setup.must_be_stable && !is_accepted).then(|| {
-            let why = format!("trial ({verdict}){}", Self::REFUSED);
-            unmet(&Self::MUST_BE_STABLE, &why, "design a weaker one")
+            let why = format!("trial ({verdict}){}", T::REFUSED);
+            unmet(&T::MUST_BE_STABLE, &why, "design a weaker one")
         });
         let mut run = RunReport::new(ran, device, t, files, warnings);
         if let Some(second) = &ran.second {
@@ -347,7 +270,7 @@ pub(crate) trait Trial: Experiment + Clone {
         let unmet = run.hold_to_law(operator_error.largest, scheme).or(unmet);
         let report = Report {
             law: rows(
-                [self.law_in_rows(&settling, object_m), operator]
+                [self.trial.law_in_rows(&settling, object_m), operator]
                     .into_iter()
                     .chain(shared)
                     .chain(second),
@@ -362,7 +285,10 @@ pub(crate) trait Trial: Experiment + Clone {
 
     /// Mean deflection over the window at the end against the rest position.
     fn deflection_error(&self, record: &RunRecord, settling: Settling) -> Compared {
-        let (t, plan) = (self.setup().device.sample_time.0, &self.setup().plan);
+        let (t, plan) = (
+            self.trial.setup().device.sample_time.0,
+            &self.trial.setup().plan,
+        );
         let judged = ((plan.window_s / t).round() as u64).min(record.samples);
         let to_s = record.duration_s();
         let window_s = [to_s - judged.saturating_sub(1) as f64 * t, to_s];
@@ -370,26 +296,26 @@ pub(crate) trait Trial: Experiment + Clone {
             (Some(have), Some(want)) if settling.stable => {
                 Compared::of_window((have / want - 1.0).abs(), window_s, judged)
             }
-            (Some(_), None) => Compared::without_meaning(Self::NO_REST),
+            (Some(_), None) => Compared::without_meaning(T::NO_REST),
             _ => {
                 let seen = if settling.verdict == TrialVerdict::Unstable {
                     "did not come to rest".to_owned()
                 } else {
                     format!("was {}", settling.verdict.words())
                 };
-                Compared::without_meaning(format!("the {} {seen}", Self::KIND))
+                Compared::without_meaning(format!("the {} {seen}", T::KIND))
             }
         }
     }
 }
 
-impl<T: Trial> Experiment for T {
+impl<T: Trial> Experiment for Conducted<T> {
     fn check(&self) -> Result<u64, Failure> {
-        self.parts().map(|parts| parts.samples)
+        self.trial.parts().map(|parts| parts.samples)
     }
 
     fn sample_time_s(&self) -> f64 {
-        self.setup().device.sample_time.0
+        self.trial.setup().device.sample_time.0
     }
 
     fn axes(&self) -> usize {
@@ -397,8 +323,8 @@ impl<T: Trial> Experiment for T {
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {
-        let (setup, scheme) = (self.setup(), self.operator_choice().1);
-        let mut metadata = metadata(Self::KIND, &setup.conduct, scheme, &setup.safety());
+        let (setup, scheme) = (self.trial.setup(), self.trial.operator_choice().1);
+        let mut metadata = metadata(T::KIND, &self.conduct, scheme, &setup.safety());
         // A serial device is not thrown.
         let impact = setup.plan().impact_m_per_s.to_string();
         metadata.insert("impact_m_per_s".to_owned(), impact);
@@ -406,11 +332,11 @@ impl<T: Trial> Experiment for T {
     }
 
     fn conduct(&self) -> &Conduct {
-        &self.setup().conduct
+        &self.conduct
     }
 
     fn conduct_mut(&mut self) -> &mut Conduct {
-        &mut self.setup_mut().conduct
+        &mut self.conduct
     }
 
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
@@ -428,6 +354,26 @@ impl<T: Trial> Experiment for T {
     }
 }
 
+/// Place where the law began, m: 0, or where the handle stood if the device's own motor pushes.
+fn start_m(setup: &TrialSetup, ran: &Ran) -> Result<f64, Failure> {
+    let mut start_m = None;
+    if setup.plan.push_by == PushBy::Device {
+        ran.samples().for_each(|sample| {
+            start_m.get_or_insert(sample.position_m);
+            Ok(())
+        })?;
+    }
+    Ok(start_m.unwrap_or(0.0))
+}
+
+/// Sums over a run in the hand of a person, whose push nobody knows; `None` of a trial: on a simulated device, pushed by its own
+/// motor, or to be stable.
+fn felt(setup: &TrialSetup, record: &RunRecord) -> Option<Tally> {
+    let is_real = record.link.as_ref().is_some_and(|link| !link.simulated);
+    let held = is_real && setup.plan.push_by == PushBy::Hand && !setup.must_be_stable;
+    held.then(|| Tally::of(0, 0.0, None, setup.device.sample_time))
+}
+
 /// Verdict and warnings of a run that somebody held in the hand.
 fn of_hand(felt: &FeltSummary, record: &RunRecord) -> (&'static str, Warnings) {
     let mut warnings = Warnings::default();
@@ -443,7 +389,13 @@ fn of_hand(felt: &FeltSummary, record: &RunRecord) -> (&'static str, Warnings) {
 }
 
 /// Device, operator, push if it is known, N, verdict and guard for the line below a picture.
-fn words(setup: &TrialSetup, scheme: Scheme, push_n: Option<f64>, verdict: &str) -> String {
+fn words(
+    setup: &TrialSetup,
+    device: String,
+    scheme: Scheme,
+    push_n: Option<f64>,
+    verdict: &str,
+) -> String {
     let guard = setup.safety.guard;
     let guard = if guard == GuardChoice::Off {
         String::new()
@@ -451,14 +403,7 @@ fn words(setup: &TrialSetup, scheme: Scheme, push_n: Option<f64>, verdict: &str)
         format!(" · guard {}", guard.name())
     };
     let push = push_n.map_or(String::new(), |push_n| format!("push {push_n} N · "));
-    let device = device_name(setup.conduct.remote.as_ref());
     format!("device {device} · scheme {scheme} · {push}{verdict}{guard}")
-}
-
-/// Value to six significant digits, as a subtitle shows a number.
-pub(crate) fn six_digits(value: f64) -> f64 {
-    // A formatted number is a number again.
-    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// Warnings about a trial of a wall or a coupler, and about the analysis beside it.

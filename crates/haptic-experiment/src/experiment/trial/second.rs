@@ -1,396 +1,90 @@
-//! A second device that pushes the handle of the first into its law: simulated in virtual time, or at a port beside the first.
-//!
-//! ```text
-//! first    m₁·x₁'' + b₁·x₁' + k₁·x₁ = f₁ + F      f₁ the law through the chain of the first device
-//! second   m₂·x₂'' + b₂·x₂'          = f₂ − F      f₂ the push through a chain of its own, from t = 0 on
-//! contact  F = max(0, k·p + c·p') while p = x₂ − x₁ > 0;   both at rest at 0, just touching
-//! at rest  F = f₂ = −f₁,   x₁ = f₂/(K + k₁)
-//! ```
-//! - *One-sided and compliant*: as two actuators that face each other really touch; a linear wall that pulls leaves the second behind. The
-//!   motion is exact, see [`FacingDevices`].
-//! - *Analysis*: while they touch, the wall meets both masses and both dampers, m₁ + m₂ and b₁ + b₂, as one body.
-//! - *Letting go*: after a fault or stop of one, the other is stopped before its next force. Until then its force is constant: only the
-//!   size of the push is limited, not its rate.
-//! - *At ports* each device has a chain and a thread of its own, see [`PairRun`](haptic_run::remote::PairRun); the second may only push
-//!   within its lasting limits of force, workspace and speed.
+//! A second device at a port that pushes the handle of the first: see [`haptic_judge::pushed`].
 
-use super::{no_law_there, safe_chain};
-use crate::experiment::drive::{
-    CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT, DriveSamples, second_device,
-};
-use crate::experiment::kind::Conduct;
-use fracdiff::parameter::Shown;
-use haptic_document::parameters::Parameter;
-use haptic_document::{Failure, FileError, Table, parameters as p};
-use haptic_judge::trial::{TrialPlan, force_and_rate, no_wall};
-use haptic_loop::plant::{
-    FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig, Sensed,
-};
-use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
-use haptic_loop::{
-    Controller, Device, Environment, OwnPush, Reading, SafeForce, SafetyChain, SafetyLimits,
-    SafetyState,
-};
-use haptic_message::TickMessage;
+use super::law_there::no_law_there;
+use crate::experiment::drive::DriveSamples;
+use haptic_document::{Failure, parameters as p};
+use haptic_judge::pushed::{SecondDevice, unguarded};
+use haptic_judge::trial::{TrialPlan, no_wall};
+use haptic_loop::{Controller, Environment, OwnPush};
 use haptic_run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
 use haptic_run::{Ran, Supervisor};
-use haptic_trial::advice::parameter;
-use haptic_trial::device_table::device_model_by;
-use haptic_trial::ending::{Ending, MotorPush};
-use haptic_trial::keys::trial::{IMPACT, PUSH};
-use haptic_trial::safety::{GuardChoice, Safety};
-use haptic_trial::simulate::World;
-use haptic_trial::simulate::{Instrumented, SimulatedLoop};
+use haptic_trial::ending::MotorPush;
+use haptic_trial::safety::Safety;
 use haptic_trial::tick::KeptSample;
-use haptic_trial::{DeviceModel, Sensors};
-use nalgebra::Vector1;
-use std::convert::Infallible;
 use std::sync::Arc;
 
 /// Place, m, and force, N, of a second device at a sample of the first; asked for in their order.
 pub(super) type OfDrive<'a> = Box<dyn FnMut(&KeptSample) -> [f64; 2] + 'a>;
 
-/// Units of time in a sample, in which contact begins and ends.
-const UNITS: u64 = 1_000_000;
-
-/// A device that pushes, and its contact with the one that is pushed.
-#[derive(Clone, Debug)]
-pub(crate) struct SecondDevice {
-    pub(crate) device: MassDamperConfig,
-    pub(crate) contact: FacingContact,
-    /// Largest force of its motor, N, at least the push.
-    pub(crate) force_limit_n: f64,
-    /// A device file describes it.
-    pub(crate) is_known: bool,
-    /// The device at a port; `None` for the simulated one.
-    pub(crate) remote: Option<RemoteDevice>,
-}
-
-/// `[drive]` beside the table of a law whose device, `first`, is pushed as planned, at a port or simulated.
-pub(super) fn second(
-    table: &Table<'_>,
-    law: &Table<'_>,
-    first: MassDamperConfig,
-    at_port: Option<&RemoteDevice>,
+/// Runs a law on the first device at a port, while this one makes the push of a plan.
+pub(super) fn push_into<E>(
+    second: (&SecondDevice, &RemoteDevice),
     plan: &TrialPlan,
-) -> Result<SecondDevice, FileError> {
-    if let Some(key) = [&p::PUSH_BY, &IMPACT].into_iter().find(|key| law.has(key)) {
-        let key = key.key;
-        let reason = format!(
-            "{key} has no effect beside [drive], whose device pushes, from rest: omit {key} or [drive]"
-        );
-        return Err(law.fail_at(key, reason));
+    safety: &Safety,
+    law: RemoteRun<'_>,
+    controller: &mut Controller<f64, 1, E>,
+    supervisor: Supervisor<'_>,
+) -> Result<Ran, Failure>
+where
+    E: Environment<f64, 1, History: Send> + Send,
+{
+    let (second, remote) = second;
+    fits_two_devices(law.schedule.samples)?;
+    if !second.is_known {
+        (supervisor.warn)(&format!(
+            "pre-flight: the second device is judged as if it were built as the first: give {}",
+            p::DRIVE_DEVICE_MODEL
+        ));
     }
-    let remote = if table.has(&p::DRIVE_DEVICE) {
-        second_device(table, at_port)?.map(|device| device.remote)
-    } else {
-        None
+    let device = &RemoteDevice {
+        patience: law.device.patience,
+        ..remote.clone()
     };
-    if at_port.is_some() && remote.is_none() {
-        let reason = "[drive] beside a device at a port has one of its own: give `drive_device` as serial:PATH, or omit [drive]";
-        return Err(table.fail(reason));
-    }
-    let idle: &[&Parameter] = match remote {
-        None => &[&p::CONTROLLER, &p::DRIVE_LOOP],
-        Some(_) => &[&p::CONTROLLER, &CONTACT_STIFFNESS, &CONTACT_DAMPING],
+    let push = RemoteLaw {
+        push: Some(MotorPush::Own(plan.push_n)),
+        ..no_law_there(
+            second.limits(),
+            None,
+            &unguarded(safety),
+            &second.device,
+            0.0,
+        )
     };
-    if let Some(key) = idle.iter().find(|key| table.has(key)) {
-        let key = key.key;
-        let reason = format!(
-            "{key} has no effect where the motor of [drive] only pushes, with {PUSH}: omit {key}"
-        );
-        return Err(table.fail_at(key, reason));
-    }
-    let force_limit_n = table.number_if(&DRIVE_FORCE_LIMIT)?.unwrap_or(plan.push_n);
-    if force_limit_n < plan.push_n {
-        let key = DRIVE_FORCE_LIMIT.key;
-        let reason = format!(
-            "{key} = {} N is below the push of {} N: give at least that, or a smaller {PUSH}",
-            Shown(force_limit_n),
-            Shown(plan.push_n)
-        );
-        return Err(table.fail_at(key, reason));
-    }
-    let model = device_model_by(table, &p::DRIVE_DEVICE_MODEL)?;
-    Ok(SecondDevice {
-        device: built(model.as_ref(), first),
-        contact: FacingContact {
-            stiffness: NewtonsPerMetre(table.number(&CONTACT_STIFFNESS)?),
-            damping: NewtonSecondsPerMetre(table.number(&CONTACT_DAMPING)?),
-            ..FacingContact::COMPLIANT
-        },
-        force_limit_n,
-        is_known: model.is_some(),
-        remote,
-    })
+    let pair = PairRun {
+        drive: RemoteRun::new(device, push, law.schedule, &|_| blank(0.0), law.request),
+        tissue: law,
+        judged: None,
+        opposed_n: Arc::default(),
+        // Nothing before the window is judged.
+        may_rise_s: plan.duration_s - plan.window_s,
+    };
+    let no_law = OwnPush::new(no_wall(second.device.sample_time)?, Some(plan.push_n));
+    let mut pushing = Controller::new(no_law, second.chain(safety)?);
+    pair.run(controller, &mut pushing, supervisor)
 }
 
-/// A device as its file says, or else as the first is built, but held by nobody.
-fn built(model: Option<&DeviceModel>, first: MassDamperConfig) -> MassDamperConfig {
-    let free = MassDamperConfig {
-        stiffness: NewtonsPerMetre(0.0),
-        ..first
-    };
-    model.map_or(free, |model| model.values.free(first.sample_time))
-}
-
-/// Settings of the chain of a second device: those of the first, without its guard.
-fn unguarded(safety: &Safety) -> Safety {
-    let mut safety = *safety;
-    safety.guard = GuardChoice::Off;
-    safety
-}
-
-/// The motor of a second device, behind a chain of its own.
-#[derive(Clone, Debug)]
-struct Pusher {
-    chain: SafetyChain<f64>,
-    state: SafetyState<f64, 1>,
+/// Its place in a run, m, and its force, N: by its own samples, or computed again of a simulated one.
+pub(super) fn driven<'a>(
+    second: &SecondDevice,
+    ran: &'a Ran,
     push_n: f64,
-}
-
-impl Pusher {
-    /// The force of the next tick, at this place, m.
-    fn push(&mut self, position_m: f64) -> SafeForce<f64, 1> {
-        let [position, wanted] = [position_m, self.push_n].map(Vector1::new);
-        self.chain.apply(&mut self.state, &position, &wanted).0
-    }
-}
-
-impl SecondDevice {
-    /// Runs a law on the first device at a port, while this one makes the push of a plan.
-    pub(super) fn push_into<E>(
-        &self,
-        plan: &TrialPlan,
-        safety: &Safety,
-        law: RemoteRun<'_>,
-        controller: &mut Controller<f64, 1, E>,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure>
-    where
-        E: Environment<f64, 1, History: Send> + Send,
-    {
-        // Both are at ports, or neither.
-        let Some(remote) = &self.remote else {
-            return law.run(controller, supervisor);
-        };
-        fits_two_devices(law.schedule.samples)?;
-        if !self.is_known {
-            (supervisor.warn)(&format!(
-                "pre-flight: the second device is judged as if it were built as the first: give {}",
-                p::DRIVE_DEVICE_MODEL
-            ));
+    safety: &Safety,
+) -> Result<OfDrive<'a>, Failure> {
+    let t = second.device.sample_time.0;
+    Ok(match &ran.second {
+        None => {
+            let mut pusher = second.pusher(push_n, safety)?;
+            Box::new(move |sample| {
+                let place_m = sample.indenter_position_m;
+                [place_m, pusher.push(place_m).newtons()[0]]
+            })
         }
-        let device = &RemoteDevice {
-            patience: law.device.patience,
-            ..remote.clone()
-        };
-        let push = RemoteLaw {
-            push: Some(MotorPush::Own(plan.push_n)),
-            ..no_law_there(self.limits(), None, &unguarded(safety), &self.device, 0.0)
-        };
-        let pair = PairRun {
-            drive: RemoteRun::new(device, push, law.schedule, &|_| blank(0.0), law.request),
-            tissue: law,
-            judged: None,
-            opposed_n: Arc::default(),
-            // Nothing before the window is judged.
-            may_rise_s: plan.duration_s - plan.window_s,
-        };
-        let no_law = OwnPush::new(no_wall(self.device.sample_time)?, Some(plan.push_n));
-        let mut pushing = Controller::new(no_law, self.chain(safety)?);
-        pair.run(controller, &mut pushing, supervisor)
-    }
-
-    /// Its place in a run, m, and its force, N: by its own samples, or computed again of a simulated one.
-    pub(super) fn driven<'a>(
-        &self,
-        ran: &'a Ran,
-        push_n: f64,
-        safety: &Safety,
-    ) -> Result<OfDrive<'a>, Failure> {
-        let t = self.device.sample_time.0;
-        Ok(match &ran.second {
-            None => {
-                let mut pusher = self.pusher(push_n, safety)?;
-                Box::new(move |sample| {
-                    let place_m = sample.indenter_position_m;
-                    [place_m, pusher.push(place_m).newtons()[0]]
-                })
-            }
-            Some(drive) => {
-                let place_and_force =
-                    |sample: &KeptSample| (0.0, [sample.position_m, sample.force_n]);
-                let mut samples = DriveSamples::new(drive, &ran.record, t, place_and_force);
-                Box::new(move |sample| samples.at(sample.time_s).1)
-            }
-        })
-    }
-
-    fn limits(&self) -> SafetyLimits {
-        force_and_rate(self.force_limit_n, None, self.device.sample_time)
-    }
-
-    fn chain(&self, safety: &Safety) -> Result<SafetyChain<f64>, Failure> {
-        let conduct = Conduct::on(self.remote.clone());
-        let (safety, sensors) = (unguarded(safety), Sensors::NONE);
-        safe_chain(self.limits(), &self.device, sensors, &safety, &conduct)
-    }
-
-    fn pusher(&self, push_n: f64, safety: &Safety) -> Result<Pusher, Failure> {
-        Ok(Pusher {
-            chain: self.chain(safety)?,
-            state: SafetyState::default(),
-            push_n,
-        })
-    }
-
-    /// Both devices at rest, in each other's way, with this push and the first one's limits of motion.
-    pub(super) fn before(
-        &self,
-        first: MassDamperConfig,
-        push_n: f64,
-        safety: &Safety,
-    ) -> Result<PushedPair, Failure> {
-        let t = self.device.sample_time;
-        let devices = FacingConfig {
-            devices: [first, self.device],
-            contact: self.contact,
-        };
-        Ok(PushedPair {
-            world: FacingDevices::new(devices, Seconds(t.0 / UNITS as f64)).map_err(parameter)?,
-            pusher: self.pusher(push_n, safety)?,
-            sample_time: t,
-            tick: 0,
-        })
-    }
-}
-
-/// Two simulated devices, of which the second pushes the one that the loop reads and writes.
-#[derive(Clone, Debug)]
-pub(crate) struct PushedPair {
-    world: FacingDevices,
-    pusher: Pusher,
-    sample_time: Seconds,
-    tick: u64,
-}
-
-/// The simulated device of a trial.
-#[derive(Clone, Debug)]
-pub(crate) enum Pushed {
-    /// A hand or its own motor pushes it.
-    Alone(Box<MassDamper<1>>),
-    /// A second device pushes it.
-    Pair(Box<PushedPair>),
-}
-
-impl Pushed {
-    /// Reason why a second device pushes no more.
-    fn ended(&self) -> Option<Ending> {
-        match self {
-            Self::Alone(_) => None,
-            Self::Pair(pair) => pair.pusher.state.fault().map(Ending::Fault),
+        Some(drive) => {
+            let place_and_force = |sample: &KeptSample| (0.0, [sample.position_m, sample.force_n]);
+            let mut samples = DriveSamples::new(drive, &ran.record, t, place_and_force);
+            Box::new(move |sample| samples.at(sample.time_s).1)
         }
-    }
-
-    /// True unless a second device pushes.
-    fn is_at_rest(&self) -> bool {
-        match self {
-            Self::Alone(_) => true,
-            Self::Pair(pair) => pair.pusher.state.is_at_rest(),
-        }
-    }
-
-    /// Lets the force of a second device fall to zero.
-    fn stop(&mut self) {
-        match self {
-            Self::Alone(_) => {}
-            Self::Pair(pair) => pair.pusher.state.stop(),
-        }
-    }
-}
-
-impl Device<f64, 1> for Pushed {
-    type Error = Infallible;
-
-    fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
-        match self {
-            Self::Alone(device) => device.read(),
-            Self::Pair(pair) => Ok(Reading {
-                tick: pair.tick,
-                time_s: pair.tick as f64 * pair.sample_time.0,
-                position_m: Vector1::new(pair.world.position(FacingSide::Renderer)),
-            }),
-        }
-    }
-
-    fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
-        let pair = match self {
-            Self::Alone(device) => return device.write(force),
-            Self::Pair(pair) => pair,
-        };
-        let push = pair.pusher.push(pair.world.position(FacingSide::Indenter));
-        let commands = [(FacingSide::Renderer, force), (FacingSide::Indenter, push)];
-        for (side, force) in commands {
-            pair.world.command(side, force.newtons()[0]);
-        }
-        pair.world.advance_to(pair.world.now() + UNITS);
-        pair.tick += 1;
-        Ok(())
-    }
-}
-
-impl Instrumented for Pushed {
-    type Message = TickMessage;
-
-    /// Values of a device alone; of a pair, the place of the second device and the force between both.
-    fn observe(&self) -> TickMessage {
-        match self {
-            Self::Alone(device) => device.observe(),
-            Self::Pair(pair) => TickMessage {
-                reference_m: 0.0.into(),
-                indenter_position_m: pair.world.position(FacingSide::Indenter).into(),
-                contact_force_n: pair.world.contact_force().into(),
-                ..TickMessage::unknown(1)
-            },
-        }
-    }
-}
-
-/// The loop of a trial on simulated devices: whichever lets go, the other does too.
-pub(crate) struct PushedLoop<'a, E: Environment<f64, 1>>(SimulatedLoop<'a, f64, E, Pushed, 1>);
-
-impl<'a, E: Environment<f64, 1>> PushedLoop<'a, E> {
-    pub(crate) fn new(
-        controller: &'a mut Controller<f64, 1, E>,
-        device: &'a mut Sensed<Pushed>,
-    ) -> Self {
-        Self(SimulatedLoop::new(controller, device))
-    }
-}
-
-impl<E: Environment<f64, 1>> World for PushedLoop<'_, E> {
-    type Message = TickMessage;
-
-    fn tick(&mut self) -> TickMessage {
-        if self.ended().is_some() {
-            self.stop();
-        }
-        self.0.tick()
-    }
-
-    fn ended(&self) -> Option<Ending> {
-        self.0.ended().or_else(|| self.0.device().ended())
-    }
-
-    fn stop(&mut self) {
-        self.0.stop();
-        self.0.device_mut().stop();
-    }
-
-    fn is_at_rest(&self) -> bool {
-        self.0.is_at_rest() && self.0.device().is_at_rest()
-    }
+    })
 }
 
 #[cfg(test)]

@@ -3,10 +3,10 @@
 //! A preload far above every deviation keeps them in contact. Pairs whose verdict a gain of 0.95 or 1.05 changes are not asked.
 
 use super::{Drive, TissueLaw, device, held};
-use crate::experiment::drive::ControllerHolder;
 use fracdiff::{Differintegrator as _, Operator, OperatorHistory, Order, Scheme, Seconds};
 use fractional_control::{ControllerSetup, PidParameters, SampledLaw};
 use haptic_analysis::Dynamics;
+use haptic_judge::controller_holder::ControllerHolder;
 use haptic_judge::modelled_tissue::loop_operator;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, Holder as _, RampHold, RigDrive,

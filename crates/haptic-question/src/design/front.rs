@@ -11,13 +11,13 @@
 //! - *Nothing is tried*: experiment files of a designed wall are; these are numbers of the analysis, from which a wall is chosen.
 //! - *Cost*: the margins of 24 walls an order, since those of a smaller wall are in proportion.
 
-use super::bench::Bench;
-use super::{Design, nothing_found};
-use crate::Imperfections;
+use crate::bench::{AskedDevice, for_each_order};
+use crate::design::bench::Bench;
+use crate::design::{WallDesign, nothing_found};
 use fracdiff::Order;
 use haptic_analysis::AnalysisError;
 use haptic_document::Failure;
-use haptic_question::bench::{AskedDevice, for_each_order};
+use haptic_trial::Imperfections;
 use serde::Serialize;
 use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 use std::sync::atomic::AtomicBool;
@@ -31,8 +31,9 @@ const ALIKE: f64 = 1e-9;
 
 /// A question for the front: requirement, device, orders and scheme of a design.
 #[derive(Clone, Debug)]
-pub(crate) struct Front {
-    pub design: Design,
+pub struct Front {
+    /// Requirement, device, orders and scheme.
+    pub design: WallDesign,
     /// Frequency at which stiffness and damping are compared, Hz.
     pub frequency_hz: f64,
 }
@@ -101,7 +102,10 @@ impl FrontWall {
 }
 
 impl FrontReport {
-    pub(crate) fn require(&self) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// No wall that meets the requirement.
+    pub fn require(&self) -> Result<(), Failure> {
         if self.walls.is_empty() {
             Err(nothing_found(Some(&format!(
                 "no wall of these orders is {}",
@@ -115,7 +119,10 @@ impl FrontReport {
 
 impl Front {
     /// Answers it; `progress` hears of each order that is done, `stop` ends it before the next.
-    pub(crate) fn answer(
+    ///
+    /// # Errors
+    /// A design that was stopped, or a loop that cannot be analysed.
+    pub fn answer(
         &self,
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),

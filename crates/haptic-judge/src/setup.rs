@@ -1,33 +1,30 @@
-//! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
+//! All of a trial on a pushed device but the law that it feels: what a wall and a coupler share.
 
-use super::second::second;
-use super::{Pushed, SecondDevice, no_law_there, safe_chain};
-use crate::experiment::kind::Conduct;
-use crate::experiment::reading::remote;
+use crate::pushed::{Pushed, SecondDevice, second};
+use crate::settling::{Criterion, Judge, Settling};
+use crate::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan, thrown, try_out};
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
 use haptic_document::{Failure, FileError, Table, parameters as p};
-use haptic_judge::felt::Tally;
-use haptic_judge::settling::{Criterion, Judge, Settling};
-use haptic_judge::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan, thrown, try_out};
+use haptic_link::LoopMode;
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
-use haptic_run::Ran;
-use haptic_run::record::RunRecord;
-use haptic_run::remote::RemoteLaw;
 use haptic_trial::device_table::dynamics;
 use haptic_trial::device_table::{device, device_model, samples_fit};
 use haptic_trial::keys::trial::{IMPACT, PushBy, TRIAL_FORCE_RATE_LIMIT};
+use haptic_trial::safe_chain::safe_chain;
 use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use haptic_trial::{DeviceModel, Sensors};
 
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]
-pub(crate) struct TrialSetup {
+pub struct TrialSetup {
     /// The device, its hand and its imperfections, simulated here or known for a serial device.
     pub device: MassDamperConfig,
+    /// Imperfections of its sensors.
     pub sensors: Sensors,
+    /// Push, hit and the rule that judges.
     pub plan: TrialPlan,
     /// The device that pushes it, if that is a second one.
     pub second: Option<SecondDevice>,
@@ -39,7 +36,8 @@ pub(crate) struct TrialSetup {
     pub force_rate_limit_n_per_s: Option<f64>,
     /// Further settings of the safety chain.
     pub safety: Safety,
-    pub conduct: Conduct,
+    /// Place of the loop of a device at a port; `None` for the simulated one.
+    pub at_port: Option<LoopMode>,
     /// True if the impact speed was requested: a serial device cannot be thrown, so this then
     /// causes a warning.
     pub impact_was_given: bool,
@@ -48,18 +46,23 @@ pub(crate) struct TrialSetup {
 }
 
 /// A loop made of good parameters: the law behind the safety chain, and the device behind its sensors.
-pub(crate) struct Parts<E: Environment<f64, 1>> {
-    pub(crate) controller: Controller<f64, 1, E>,
-    pub(crate) device: Sensed<Pushed>,
-    pub(crate) samples: u64,
-    pub(crate) judge: Judge,
-    /// See [`Settling::expected_deflection_m`](haptic_judge::settling::Settling::expected_deflection_m).
-    pub(crate) rest_m: Option<f64>,
+#[derive(Debug)]
+pub struct TrialParts<E: Environment<f64, 1>> {
+    /// The law behind the safety chain.
+    pub controller: Controller<f64, 1, E>,
+    /// The device behind its sensors, or both of them.
+    pub device: Sensed<Pushed>,
+    /// Length of the trial.
+    pub samples: u64,
+    /// Judge of the samples.
+    pub judge: Judge,
+    /// See [`Settling::expected_deflection_m`](crate::settling::Settling::expected_deflection_m).
+    pub rest_m: Option<f64>,
 }
 
-impl<E: Environment<f64, 1>> Parts<E> {
+impl<E: Environment<f64, 1>> TrialParts<E> {
     /// Runs the loop without log or files.
-    pub(crate) fn tried(mut self) -> Settling {
+    pub fn tried(mut self) -> Settling {
         let (device, judge) = (&mut self.device, &mut self.judge);
         let whole = try_out(&mut self.controller, device, self.samples, judge);
         self.judge.settling(whole, self.rest_m)
@@ -68,7 +71,7 @@ impl<E: Environment<f64, 1>> Parts<E> {
 
 impl TrialSetup {
     /// A trial of a simulated device in virtual time, that may end as it will, with the force limit alone.
-    pub(crate) fn new(device: MassDamperConfig, sensors: Sensors, plan: TrialPlan) -> Self {
+    pub fn new(device: MassDamperConfig, sensors: Sensors, plan: TrialPlan) -> Self {
         Self {
             device,
             sensors,
@@ -77,14 +80,14 @@ impl TrialSetup {
             must_be_stable: false,
             force_rate_limit_n_per_s: None,
             safety: Safety::default(),
-            conduct: Conduct::on(None),
+            at_port: None,
             impact_was_given: false,
             known: GuardedDevice::default(),
         }
     }
 
     /// Device and hand, as the analysis knows them, wherever the device is; with a second device, which it touches, as one body.
-    pub(crate) fn dynamics(&self) -> Dynamics {
+    pub fn dynamics(&self) -> Dynamics {
         let first = dynamics(&self.device);
         let Some(second) = &self.second else {
             return first;
@@ -97,45 +100,25 @@ impl TrialSetup {
     }
 
     /// Settings of the safety chain: on a serial device with what its file says.
-    pub(super) fn safety(&self) -> Safety {
-        match self.conduct.remote {
+    pub fn safety(&self) -> Safety {
+        match self.at_port {
             Some(_) => self.safety.with_device(&self.known, true),
             None => self.safety,
         }
     }
 
     /// Plan of the trial as it is really tried: a serial device cannot be thrown.
-    pub(crate) fn plan(&self) -> TrialPlan {
-        match self.conduct.remote {
+    pub fn plan(&self) -> TrialPlan {
+        match self.at_port {
             Some(_) => self.plan.starting_at_rest(),
             None => self.plan,
         }
     }
 
-    /// Place where the law began, m: 0, or where the handle stood if the device's own motor pushes.
-    pub(super) fn start_m(&self, ran: &Ran) -> Result<f64, Failure> {
-        let mut start_m = None;
-        if self.plan.push_by == PushBy::Device {
-            ran.samples().for_each(|sample| {
-                start_m.get_or_insert(sample.position_m);
-                Ok(())
-            })?;
-        }
-        Ok(start_m.unwrap_or(0.0))
-    }
-
-    /// Sums over a run in the hand of a person, whose push nobody knows; `None` of a trial: on a simulated device, pushed by its own
-    /// motor, or to be stable.
-    pub(super) fn felt(&self, record: &RunRecord) -> Option<Tally> {
-        let is_real = record.link.as_ref().is_some_and(|link| !link.simulated);
-        let held = is_real && self.plan.push_by == PushBy::Hand && !self.must_be_stable;
-        held.then(|| Tally::of(0, 0.0, None, self.device.sample_time))
-    }
-
     /// Warning about a requested impact that had no effect.
-    pub(super) fn not_thrown(&self) -> Option<String> {
+    pub fn not_thrown(&self) -> Option<String> {
         let impact_m_per_s = self.plan.impact_m_per_s;
-        let asked = self.impact_was_given && self.conduct.remote.is_some() && impact_m_per_s > 0.0;
+        let asked = self.impact_was_given && self.at_port.is_some() && impact_m_per_s > 0.0;
         asked.then(|| {
             format!(
                 "impact_m_per_s = {} had no effect: a serial device cannot be thrown, it was pushed from rest; omit it",
@@ -145,7 +128,10 @@ impl TrialSetup {
     }
 
     /// The device behind its sensors, pushed and thrown.
-    pub(crate) fn sensed(&self) -> Result<Sensed<Pushed>, Failure> {
+    ///
+    /// # Errors
+    /// A device, or a sensor, outside its ranges.
+    pub fn sensed(&self) -> Result<Sensed<Pushed>, Failure> {
         let plan = self.plan();
         self.sensors.before(match &self.second {
             None => Pushed::Alone(Box::new(thrown(self.device, &plan)?)),
@@ -157,37 +143,26 @@ impl TrialSetup {
     }
 
     /// The safety chain of the loop that runs here.
-    pub(crate) fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
+    ///
+    /// # Errors
+    /// As [`safe_chain`].
+    pub fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
         let (limits, safety) = (self.force_and_rate(), self.safety());
-        safe_chain(limits, &self.device, self.sensors, &safety, &self.conduct)
+        safe_chain(limits, &self.device, self.sensors, &safety, self.at_port)
     }
 
-    fn force_and_rate(&self) -> SafetyLimits {
+    /// Limits of force and rate.
+    #[must_use]
+    pub fn force_and_rate(&self) -> SafetyLimits {
         let (force, rate) = (self.plan.force_limit_n, self.force_rate_limit_n_per_s);
         force_and_rate(force, rate, self.device.sample_time)
     }
 
-    /// The push for a serial device, and no law at all: one of a loop on the host.
-    pub(crate) fn law(&self) -> RemoteLaw {
-        let push_n = self.plan.push_of_hand_n();
-        RemoteLaw {
-            held_push_n: self.plan.push_n,
-            push: self.plan.push_of_motor(),
-            ..no_law_there(
-                self.force_and_rate(),
-                self.force_rate_limit_n_per_s,
-                &self.safety(),
-                &self.device,
-                push_n,
-            )
-        }
-    }
-
     /// A copy without friction, if friction could be all that holds the device.
-    pub(super) fn smooth(&self) -> Option<Self> {
+    pub fn smooth(&self) -> Option<Self> {
         let second_n = (self.second.as_ref()).map_or(0.0, |second| second.device.friction.0);
         let rubs = self.device.friction.0 + second_n > 0.0;
-        let simulated = self.conduct.remote.is_none() && rubs;
+        let simulated = self.at_port.is_none() && rubs;
         (simulated && self.plan.criterion == Criterion::Settling).then(|| {
             let mut smooth = self.clone();
             smooth.device.friction = Newtons(0.0);
@@ -219,13 +194,16 @@ fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> Gu
 /// A guard counts the energy of the whole actuator, so it would take the push for energy of the wall.
 const PUSHED_WITH_GUARD: &str = "push_by = \"device\" pushes with the energy that a guard takes away: omit `guard`, or one of them";
 
-/// Device, trial and safety, and whether an unstable trial is a failure.
-pub(crate) fn setup(
+/// Device, trial and safety, and whether an unstable trial is a failure; where the loop of the device is, and of the second one.
+///
+/// # Errors
+/// A missing or wrong key: with file and line.
+pub fn setup(
     table: &Table<'_>,
     must_be_stable: &p::Parameter,
     drive: Option<&Table<'_>>,
+    at_port: [Option<LoopMode>; 2],
 ) -> Result<TrialSetup, FileError> {
-    let remote = remote(table)?;
     let sample_time_s = table.required(&p::SAMPLE_TIME)?;
     let duration_s = table.number(&p::TRIAL_DURATION)?;
     samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
@@ -235,7 +213,7 @@ pub(crate) fn setup(
     }
     let (device, sensors) = device(table, sample_time_s)?;
     let mut plan = plan(table, duration_s)?;
-    let second = drive.map(|drive| second(drive, table, device, remote.as_ref(), &plan));
+    let second = drive.map(|drive| second(drive, table, device, at_port, &plan));
     let second = second.transpose()?;
     if second.is_some() {
         plan = TrialPlan {
@@ -252,7 +230,7 @@ pub(crate) fn setup(
         must_be_stable: table.flag(must_be_stable)?,
         force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
         safety,
-        conduct: Conduct::on(remote),
+        at_port: at_port[0],
         second,
         impact_was_given: table.number_if(&IMPACT)?.is_some(),
         known: written(table, &device, sensors).or(of_file),

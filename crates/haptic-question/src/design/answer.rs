@@ -1,20 +1,20 @@
 //! The answer: each order, the best of them tried, and its experiment file.
 
-use super::bench::Bench;
-use super::search::{Found, best};
-use super::{
-    Candidate, ControllerVerdict, Design, DesignReport, FORCE_NOISE_LIMIT, RealisticTrial,
-    TissueVerdict, Wish,
+use crate::bench::{AskedDevice, for_each_order};
+use crate::design::bench::Bench;
+use crate::design::search::{Found, best};
+use crate::design::{
+    Candidate, ControllerVerdict, DesignReport, FORCE_NOISE_LIMIT, RealisticTrial, TissueVerdict,
+    WallDesign, WallWish,
 };
-use crate::experiment::trial::TrialSetup;
-use crate::experiment::wall::WallExperiment;
 use fracdiff::{Order, Scheme};
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, lines_of, parameters as p};
 use haptic_judge::preflight::WallContact;
+use haptic_judge::setup::TrialSetup;
+use haptic_judge::wall::WallTrial;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_quantity::written;
-use haptic_question::bench::{AskedDevice, for_each_order};
 use haptic_trial::DeviceModel;
 use haptic_trial::keys::trial::{PUSH, TRIAL_FORCE_LIMIT, WINDOW};
 use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
@@ -22,9 +22,12 @@ use std::cmp::Ordering;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-impl Design {
+impl WallDesign {
     /// Answers it; `progress` hears of each order that is done, `stop` ends it before the next.
-    pub(crate) fn answer(
+    ///
+    /// # Errors
+    /// A design that was stopped, or a loop that cannot be analysed.
+    pub fn answer(
         &self,
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
@@ -121,14 +124,14 @@ impl Design {
             return None;
         }
         match &self.wish {
-            Wish::StiffestWall => candidate.stiffness_n_per_m,
-            Wish::MostDamping { .. } => candidate.effective_damping_n_s_per_m,
-            Wish::Tissue { material, .. } => candidate
+            WallWish::StiffestWall => candidate.stiffness_n_per_m,
+            WallWish::MostDamping { .. } => candidate.effective_damping_n_s_per_m,
+            WallWish::Tissue { material, .. } => candidate
                 .largest_scale
                 .filter(|scale| *scale >= 1.0)
                 .zip(candidate.order)
                 .map(|(_, order)| -(order - material.order().get()).abs()),
-            Wish::Controller(_) => candidate.reason.is_none().then_some(0.0),
+            WallWish::Controller(_) => candidate.reason.is_none().then_some(0.0),
         }
     }
 
@@ -137,7 +140,7 @@ impl Design {
     }
 
     fn tissue_verdict(&self, candidates: &[Candidate], fits: bool) -> Option<TissueVerdict> {
-        let Wish::Tissue { material, .. } = &self.wish else {
+        let WallWish::Tissue { material, .. } = &self.wish else {
             return None;
         };
         let first = candidates.first()?;
@@ -201,7 +204,8 @@ impl Design {
                 "stronger walls fail: this is the best of those searched that passes its trials"
                     .to_owned(),
             );
-        } else if self.gain_margin.is_none() && self.wish == Wish::StiffestWall && acts_at_once {
+        } else if self.gain_margin.is_none() && self.wish == WallWish::StiffestWall && acts_at_once
+        {
             notes.push(
                 "without delay no dissipation makes a passive wall stiffer: K is 2b/T for every order"
                     .to_owned(),
@@ -303,7 +307,7 @@ impl Design {
     }
 
     /// The experiment file of a wall that was tried.
-    fn experiment_file(&self, wall: &WallExperiment) -> String {
+    fn experiment_file(&self, wall: &WallTrial) -> String {
         let head = format!(
             "# Written by host-cli design: {}, {}.\n\
              # host-cli run FILE tries the wall; it ends with 0 only if trial and analysis call it stable.\n\

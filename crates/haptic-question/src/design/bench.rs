@@ -1,6 +1,7 @@
 //! One order on the device: the best wall under the requirement, and what the analysis says of it.
 
-use super::{Candidate, Design, Wish};
+use crate::bench::{crossings, largest_scales, last, minimum_of, units};
+use crate::design::{Candidate, WallDesign, WallWish};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, Dynamics, Effective, Largest, LoopOperator, NoiseGain, OnePort, RequiredDelta,
@@ -9,7 +10,6 @@ use haptic_analysis::{
 use haptic_document::Failure;
 use haptic_judge::modelled_tissue::{loop_operator, operator};
 use haptic_quantity::digits;
-use haptic_question::bench::{crossings, largest_scales, last, minimum_of, units};
 use haptic_tissue::Model;
 use haptic_trial::device_table::dynamics;
 use std::f64::consts::PI;
@@ -39,7 +39,7 @@ const HALVINGS: usize = 40;
 
 /// One order on the device.
 pub(super) struct Bench<'a> {
-    design: &'a Design,
+    design: &'a WallDesign,
     pub(super) order: Order,
     operator: LoopOperator,
     dynamics: Dynamics,
@@ -68,7 +68,7 @@ fn noise_gain(
 }
 
 impl<'a> Bench<'a> {
-    pub(super) fn new(design: &'a Design, order: Order) -> Result<Self, Failure> {
+    pub(super) fn new(design: &'a WallDesign, order: Order) -> Result<Self, Failure> {
         let device = &design.device;
         let t = device.plant.sample_time;
         let dynamics = dynamics(&device.plant);
@@ -96,7 +96,7 @@ impl<'a> Bench<'a> {
     /// The best wall, or the reason why no wall meets the wishes.
     pub(super) fn candidate(&self) -> Result<Candidate, AnalysisError> {
         let wall = match (&self.design.wish, self.design.gain_margin) {
-            (Wish::Tissue { .. } | Wish::Controller(_), _) => self.given()?,
+            (WallWish::Tissue { .. } | WallWish::Controller(_), _) => self.given()?,
             (_, None) => self.passive_wall()?,
             (_, Some(gain_margin)) => self.stable_wall(gain_margin)?,
         };
@@ -152,7 +152,7 @@ impl<'a> Bench<'a> {
     /// K, B and the scale of the tissue or controller that is wished, at this order.
     fn given(&self) -> Result<Option<Wall>, AnalysisError> {
         let (stiffness, dissipation) = match &self.design.wish {
-            Wish::Tissue {
+            WallWish::Tissue {
                 material,
                 shape_m: shape,
                 frequency_hz,
@@ -160,8 +160,8 @@ impl<'a> Bench<'a> {
                 shape * material.rest_modulus_pa(),
                 material.dissipation_at(*shape, self.order, 2.0 * PI * frequency_hz),
             ),
-            Wish::Controller(controller) => (0.0, controller.setup.sample_time_s),
-            Wish::StiffestWall | Wish::MostDamping { .. } => return Ok(None),
+            WallWish::Controller(controller) => (0.0, controller.setup.sample_time_s),
+            WallWish::StiffestWall | WallWish::MostDamping { .. } => return Ok(None),
         };
         let (alpha, beta) = (stiffness / self.units.0, dissipation / self.units.1);
         let proved = if self.design.every_motion {
@@ -345,7 +345,7 @@ impl<'a> Bench<'a> {
         if self.delta <= 0.0 {
             return Ok(None);
         }
-        if let Wish::MostDamping { .. } = self.design.wish {
+        if let WallWish::MostDamping { .. } = self.design.wish {
             let (mut ratio, mut least) = minimum(|s| required(s, 1.0))?;
             if let Some(softest) = port.largest_ratio().map(|most| 1.0 / (INSIDE * most))
                 && ratio < softest
@@ -413,7 +413,7 @@ impl<'a> Bench<'a> {
         };
         let factor = INSIDE / gain_margin;
         // On the boundary, before the margin is taken.
-        let edge = if matches!(self.design.wish, Wish::MostDamping { .. }) {
+        let edge = if matches!(self.design.wish, WallWish::MostDamping { .. }) {
             let quiet = self.largest_quiet_scale(0.0, 1.0) / factor;
             most_damping(area, quiet, |beta| self.quiet_alpha(beta, factor))
         } else {
@@ -554,7 +554,7 @@ fn most_damping(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::design::bench::*;
 
     #[test]
     fn it_is_the_closed_form_for_the_exact_operator() {

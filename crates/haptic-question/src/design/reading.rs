@@ -1,12 +1,13 @@
 //! `[design]`.
 
-use super::coupler::{CouplerCriterion, CouplerDesign};
-use super::front::Front;
-use super::{
-    COMPARED_AT_HZ, DESIGN_ORDERS, Design, FORCE_NOISE_LIMIT, FRONT, GAIN_MARGIN, REQUIRE,
-    RequireName, WISH, WISH_FREQUENCY, WISH_TISSUE, Wish, WishName,
+use crate::analysis::{ANALYSED_CONTROLLER, law};
+use crate::bench::{bench, orders, scheme};
+use crate::design::coupler::{CouplerCriterion, CouplerDesign};
+use crate::design::front::Front;
+use crate::design::{
+    COMPARED_AT_HZ, DESIGN_ORDERS, DesignWish, FORCE_NOISE_LIMIT, FRONT, GAIN_MARGIN, REQUIRE,
+    RequireName, WISH, WISH_FREQUENCY, WISH_TISSUE, WallDesign, WallWish,
 };
-use crate::experiment::wall::contact;
 use fracdiff::Order;
 use haptic_document::parameters::{
     CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SAMPLE_TIME, SCHEME,
@@ -16,30 +17,36 @@ use haptic_document::{Failure, FileError, Table};
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::WallContact;
 use haptic_judge::tissue_table::linear_piece;
-use haptic_question::analysis::{ANALYSED_CONTROLLER, law};
-use haptic_question::bench::{bench, orders, scheme};
+use haptic_judge::wall::contact;
 use haptic_trial::keys::trial::TRIAL_FORCE_LIMIT;
 use haptic_trial::keys::wall::{ONE_SIDED, WALL_CONTACT};
 
-pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
+///
+/// # Errors
+/// A missing or wrong key: with file and line.
+pub fn wish(table: &Table<'_>) -> Result<DesignWish, FileError> {
     let wish = table.choice(&WISH)?;
-    if wish != WishName::Tissue {
+    if wish != DesignWish::Tissue {
         for parameter in [&WISH_TISSUE].into_iter().chain(UNNAMED_PIECE) {
             foreign(table, parameter, "the wish tissue")?;
         }
     }
-    if wish != WishName::Controller {
+    if wish != DesignWish::Controller {
         foreign(table, &ANALYSED_CONTROLLER, "the wish controller")?;
     }
     Ok(wish)
 }
 
-pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, Failure> {
+///
+/// # Errors
+/// A missing or wrong key: with file and line.
+pub fn design(table: &Table<'_>, wish: DesignWish) -> Result<WallDesign, Failure> {
     let wish = match wish {
-        WishName::Controller => Wish::Controller(Box::new(controller(table)?)),
-        WishName::StiffestWall | WishName::MostDamping | WishName::Tissue | WishName::Coupler => {
-            aim(table, wish)?
-        }
+        DesignWish::Controller => WallWish::Controller(Box::new(controller(table)?)),
+        DesignWish::StiffestWall
+        | DesignWish::MostDamping
+        | DesignWish::Tissue
+        | DesignWish::Coupler => aim(table, wish)?,
     };
     Ok(towards(table, wish)?)
 }
@@ -69,7 +76,10 @@ fn controller(table: &Table<'_>) -> Result<PositionController, Failure> {
 }
 
 /// The front, for which walls are not tried.
-pub(crate) fn front(table: &Table<'_>) -> Result<Front, FileError> {
+///
+/// # Errors
+/// A missing or wrong key: with file and line.
+pub fn front(table: &Table<'_>) -> Result<Front, FileError> {
     for parameter in [
         &WISH,
         &WISH_TISSUE,
@@ -89,12 +99,12 @@ pub(crate) fn front(table: &Table<'_>) -> Result<Front, FileError> {
     }
     let frequency_hz = (table.number_if(&WISH_FREQUENCY)?).unwrap_or(COMPARED_AT_HZ);
     Ok(Front {
-        design: towards(table, Wish::MostDamping { frequency_hz })?,
+        design: towards(table, WallWish::MostDamping { frequency_hz })?,
         frequency_hz,
     })
 }
 
-fn towards(table: &Table<'_>, wish: Wish) -> Result<Design, FileError> {
+fn towards(table: &Table<'_>, wish: WallWish) -> Result<WallDesign, FileError> {
     let require = table.choice(&REQUIRE)?;
     let gain_margin = match require {
         RequireName::Passive => {
@@ -113,7 +123,7 @@ fn towards(table: &Table<'_>, wish: Wish) -> Result<Design, FileError> {
     }
     let controller = wish.controller();
     let sample_time_s = controller.map(|controller| controller.setup.sample_time_s);
-    let design = Design {
+    let design = WallDesign {
         contact,
         device: bench(table, sample_time_s)?,
         scheme: match controller {
@@ -137,33 +147,36 @@ fn towards(table: &Table<'_>, wish: Wish) -> Result<Design, FileError> {
 }
 
 /// The quantity that a wall is optimised for.
-fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
+fn aim(table: &Table<'_>, wish: DesignWish) -> Result<WallWish, FileError> {
     let frequency_hz = table.number_if(&WISH_FREQUENCY)?;
     Ok(match wish {
-        WishName::MostDamping => Wish::MostDamping {
+        DesignWish::MostDamping => WallWish::MostDamping {
             frequency_hz: table.required(&WISH_FREQUENCY)?,
         },
-        WishName::Tissue => {
+        DesignWish::Tissue => {
             if table.text(&WISH_TISSUE)?.is_empty() {
                 let reason = format!("the wish tissue needs one: give {WISH_TISSUE}");
                 return Err(table.fail_at(WISH.key, reason));
             }
             let piece = linear_piece(table)?;
-            Wish::Tissue {
+            WallWish::Tissue {
                 shape_m: piece.shape_m(),
                 material: *piece.material,
                 frequency_hz: frequency_hz.unwrap_or(COMPARED_AT_HZ),
             }
         }
-        WishName::StiffestWall | WishName::Controller | WishName::Coupler => {
+        DesignWish::StiffestWall | DesignWish::Controller | DesignWish::Coupler => {
             foreign(table, &WISH_FREQUENCY, "another wish")?;
-            Wish::StiffestWall
+            WallWish::StiffestWall
         }
     })
 }
 
 /// A coupler is designed for an ideal device.
-pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerDesign, FileError> {
+///
+/// # Errors
+/// A missing or wrong key: with file and line.
+pub fn coupler(table: &Table<'_>) -> Result<CouplerDesign, FileError> {
     let of_walls = [GAIN_MARGIN, FORCE_NOISE_LIMIT, TRIAL_FORCE_LIMIT];
     for parameter in of_walls.into_iter().chain([ONE_SIDED, WALL_CONTACT]) {
         foreign(table, &parameter, "a wall")?;

@@ -30,12 +30,13 @@ mod answer;
 mod bench;
 #[cfg(test)]
 mod campaign_tests;
-pub(crate) mod coupler;
-pub(crate) mod front;
-pub(crate) mod reading;
+pub mod coupler;
+pub mod front;
+pub mod reading;
 mod search;
 
-use crate::Imperfections;
+use crate::analysis::ANALYSED_CONTROLLER;
+use crate::bench::{AskedDevice, BenchDevice, check_orders};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
 use haptic_document::Warn;
@@ -49,16 +50,15 @@ use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::Settling;
 use haptic_loop::plant::MassDamper;
 use haptic_quantity::{digits, in_five_digits};
-use haptic_question::analysis::ANALYSED_CONTROLLER;
-use haptic_question::bench::{AskedDevice, BenchDevice, check_orders};
 use haptic_tissue::Model;
+use haptic_trial::Imperfections;
 use haptic_trial::advice::parameter;
 use haptic_trial::device_table::dynamics;
 use haptic_trial::keys::wall::{ONE_SIDED, WALL_CONTACT};
 use serde::Serialize;
 
 parameters! {
-    mod keys;
+    pub mod keys;
     WISH = text("wish", "stiffest-wall", "What to optimise");
     WISH_TISSUE = file("tissue", "", Paths::Toml, None, "Tissue for that wish: a name from `host-cli materials list`, or a TOML file");
     /// Frequency of a design, Hz.
@@ -80,26 +80,32 @@ parameters! {
 const HALVINGS: usize = 5;
 
 /// Frequency at which the orders of a tissue or coupler are compared where none is given, Hz.
-pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
+pub const COMPARED_AT_HZ: f64 = 1.0;
 
 /// Keys of `[design]`, beside those of the device of a question.
-pub(crate) const DESIGN: &[Parameter] = &joined::<19>(&[
+pub const DESIGN: &[Parameter] = &joined::<19>(&[
     &[WISH, WISH_TISSUE, ANALYSED_CONTROLLER],
     UNNAMED_PIECE,
     &[FRONT, WISH_FREQUENCY, REQUIRE, GAIN_MARGIN, DESIGN_ORDERS],
     &[SCHEME, FORCE_NOISE_LIMIT, ONE_SIDED, WALL_CONTACT],
 ]);
 
+/// The wish of a designer by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum WishName {
+pub enum DesignWish {
+    /// The largest stiffness.
     StiffestWall,
+    /// The largest effective damping at a frequency.
     MostDamping,
+    /// A specimen of a tissue.
     Tissue,
+    /// A controller from position to force.
     Controller,
+    /// The coupler that feels stiffest.
     Coupler,
 }
 
-named! { WishName:
+named! { DesignWish:
     StiffestWall = "stiffest-wall", "The largest stiffness";
     MostDamping = "most-damping", "The largest effective damping at a frequency";
     Tissue = "tissue", "A specimen of a tissue: does it fit, and how large may it be";
@@ -109,9 +115,12 @@ named! { WishName:
 
 /// Condition that a wall or coupler must meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RequireName {
+pub enum RequireName {
+    /// Stable with a gain margin.
     Stable,
+    /// Proved for every motion, too.
     EveryMotion,
+    /// Passive by Theorem 1.
     Passive,
 }
 
@@ -121,16 +130,20 @@ named! { RequireName:
     Passive = "passive", "Passive, for the operator that really runs";
 }
 
+/// The wish of a designer, with its numbers.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
-pub(crate) enum Wish {
+pub enum WallWish {
+    /// The largest stiffness.
     StiffestWall,
     /// The largest effective damping of the wall at a frequency.
     MostDamping {
+        /// That frequency, Hz.
         frequency_hz: f64,
     },
     /// A specimen of a tissue.
     Tissue {
+        /// The tissue as a law.
         material: ModelledTissue,
         /// γ of the piece of it.
         shape_m: f64,
@@ -143,9 +156,12 @@ pub(crate) enum Wish {
 
 /// A question of a designer.
 #[derive(Clone, Debug)]
-pub(crate) struct Design {
+pub struct WallDesign {
+    /// Device, hand and imperfections.
     pub device: BenchDevice,
+    /// Numerical scheme of the operator.
     pub scheme: Scheme,
+    /// Grid of orders, 0 to 2.
     pub orders: Vec<Order>,
     /// True if finer orders around the best are tried next.
     pub finer: bool,
@@ -156,16 +172,17 @@ pub(crate) struct Design {
     pub every_motion: bool,
     /// Contact of the wall with the hand.
     pub contact: WallContact,
-    pub wish: Wish,
+    /// The quantity that is to be as large as it may.
+    pub wish: WallWish,
     /// Largest force noise that encoder and sensor may cause, rms N; `None` allows 5 % of the push, of a tissue any.
     pub force_noise_limit_n: Option<f64>,
 }
 
-impl Design {
+impl WallDesign {
     /// The tissue's own order, then those of the grid.
-    pub(crate) fn orders_to_try(&self) -> Vec<Order> {
+    pub fn orders_to_try(&self) -> Vec<Order> {
         let mut orders = self.orders.clone();
-        if let Wish::Tissue { material, .. } = &self.wish {
+        if let WallWish::Tissue { material, .. } = &self.wish {
             orders.retain(|order| *order != material.order());
             orders.insert(0, material.order());
         }
@@ -178,13 +195,13 @@ impl Design {
     }
 
     /// Largest number of orders tried.
-    pub(crate) fn steps(&self) -> usize {
+    pub fn steps(&self) -> usize {
         self.orders_to_try().len() + 2 * self.halvings()
     }
 
     /// The model whose memory is the operator of this order; `None` for D^μ.
     fn model(&self, order: Order) -> Option<&Model> {
-        let Wish::Tissue { material, .. } = &self.wish else {
+        let WallWish::Tissue { material, .. } = &self.wish else {
             return None;
         };
         material.composed().filter(|_| material.order() == order)
@@ -216,7 +233,7 @@ impl Design {
     }
 }
 
-impl Wish {
+impl WallWish {
     fn name(&self) -> &'static str {
         match self {
             Self::StiffestWall => "stiffest-wall",
@@ -258,7 +275,7 @@ fn nothing_found(why: Option<&str>) -> Failure {
 
 impl DesignReport {
     /// The verdict on a controller, in words.
-    pub(crate) fn of_controller(&self) -> String {
+    pub fn of_controller(&self) -> String {
         self.controller.as_ref().map_or_else(String::new, |found| {
             let fits = match (found.fits, &self.best) {
                 (true, _) => "fits",
@@ -275,7 +292,10 @@ impl DesignReport {
 
     /// Refuses a design without a candidate that passes its trial. One that only an ideal device bears is warned of, and one of which
     /// little is proved.
-    pub(crate) fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// No wall, or a best one that is not stable in its trial.
+    pub fn require(&self, warn: Warn<'_>) -> Result<(), Failure> {
         if let Some(real) = self.realistic.filter(|real| !real.simulated.stable) {
             warn(&format!(
                 "this is for an ideal device; on one with {} it is {}: give {DEVICE_MODEL}, or the device's own values",
@@ -346,7 +366,8 @@ pub struct Candidate {
 
 /// The best candidate on a realistic device. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct RealisticTrial {
+pub struct RealisticTrial {
+    /// Imperfections of that device.
     #[serde(flatten)]
     pub imperfections: Imperfections,
     /// True if the analysis, which knows delay and current lag, calls it stable.
@@ -355,14 +376,18 @@ pub(crate) struct RealisticTrial {
     pub margin: Option<f64>,
     /// Force noise that the encoder causes, rms N.
     pub force_noise_rms_n: Option<f64>,
+    /// Its trial.
     pub simulated: Settling,
 }
 
 /// The best wall without a limit on its noise that nobody asked for. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Noisier {
+    /// μ.
     pub order: f64,
+    /// K, N/m.
     pub stiffness_n_per_m: f64,
+    /// B, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
     /// Largest of its trials, rms N.
     pub tried_force_noise_rms_n: Option<f64>,
@@ -370,8 +395,10 @@ pub struct Noisier {
 
 /// Verdict on a tissue that is to be rendered as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct TissueVerdict {
+pub struct TissueVerdict {
+    /// Name of the tissue.
     pub name: String,
+    /// Order of its memory.
     pub order: f64,
     /// True if the specimen meets the requirement and passes its trials, that on a realistic device too.
     pub fits: bool,
@@ -381,7 +408,8 @@ pub(crate) struct TissueVerdict {
 
 /// Verdict on a controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct ControllerVerdict {
+pub struct ControllerVerdict {
+    /// The controller in words.
     pub law: String,
     /// True as for a tissue.
     pub fits: bool,
@@ -432,15 +460,17 @@ pub struct DesignReport {
     pub candidates: Vec<Candidate>,
     /// The candidate that meets the wish best; null if none does.
     pub best: Option<Candidate>,
-    pub(crate) tissue: Option<TissueVerdict>,
-    pub(crate) controller: Option<ControllerVerdict>,
+    /// Verdict on the tissue that was asked for.
+    pub tissue: Option<TissueVerdict>,
+    /// Verdict on the controller that was asked for.
+    pub controller: Option<ControllerVerdict>,
     /// The best one tried on the simulated device.
     pub simulated: Option<Settling>,
     /// If an ideal device was assumed: the best one tried on a realistic one.
-    pub(crate) realistic: Option<RealisticTrial>,
+    pub realistic: Option<RealisticTrial>,
     /// Notes for the designer, a sentence each.
     pub notes: Vec<String>,
     /// The text of the experiment file that does this.
     #[serde(skip)]
-    pub(crate) experiment_text: Option<String>,
+    pub experiment_text: Option<String>,
 }

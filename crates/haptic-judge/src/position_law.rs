@@ -1,25 +1,29 @@
 //! A controller as the law of a trial, whatever its type.
 
-use crate::experiment::drive::ControllerHolder;
+use crate::controller_holder::ControllerHolder;
+use crate::position_controller::PositionController;
+use crate::settling::Judge;
+use crate::trial::TrialPlan;
 use fractional_control::ControlError;
-use haptic_judge::position_controller::PositionController;
-use haptic_judge::settling::Judge;
-use haptic_judge::trial::TrialPlan;
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 
 /// A controller whose reference stands at 0, from the position, m, to the force, N. It hears what the safety chain left of its force, as on a device.
-pub(crate) struct PositionLaw(ControllerHolder);
+#[derive(Debug)]
+pub struct PositionLaw(ControllerHolder);
 
 impl PositionLaw {
     /// Law with all of the controller's gain this many times as large.
-    pub(crate) fn new(controller: &PositionController, scale: f64) -> Result<Self, ControlError> {
+    ///
+    /// # Errors
+    /// A setup of which no controller can be made.
+    pub fn new(controller: &PositionController, scale: f64) -> Result<Self, ControlError> {
         ControllerHolder::new(&controller.scaled(scale)?).map(Self)
     }
 
     /// The judge of a trial beside a hand's spring, N/m; `None` of a controller that pushes the device away from where it is. `standing` is the
     /// force per displacement that stands, N/m.
-    pub(crate) fn judge(
+    pub fn judge(
         controller: &PositionController,
         [scale, standing]: [f64; 2],
         plan: &TrialPlan,

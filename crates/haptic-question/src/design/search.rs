@@ -24,17 +24,19 @@
 //! - *Cost*: a wall is given up at its first trial that fails, most often at a look of 5 s; it is tried first as the last one failed. One
 //!   that passes has 30 trials of 20 s, of a wall that never pulls 66.
 
-use super::bench::Bench;
-use super::{Candidate, Design, Noisier};
-use crate::experiment::trial::{Trial, TrialSetup, louder};
-use crate::experiment::wall::WallExperiment;
+use crate::bench::last;
+use crate::design::bench::Bench;
+use crate::design::{Candidate, Noisier, WallDesign};
 use fracdiff::{FrequencyResponse as _, Order, Seconds};
 use haptic_analysis::AnalysisError;
 use haptic_document::Failure;
+use haptic_judge::pushed_trial::PushedTrial;
+use haptic_judge::pushed_trial::louder;
 use haptic_judge::settling::Settling;
 use haptic_judge::settling::{GONE_M, TrialVerdict};
+use haptic_judge::setup::TrialSetup;
 use haptic_judge::trial::TrialPlan;
-use haptic_question::bench::last;
+use haptic_judge::wall::WallTrial;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -93,7 +95,7 @@ pub(super) struct Tried<T> {
 /// The wall that is taken, its run, and what a noisier wish would get.
 pub(super) struct Found {
     pub(super) wall: Candidate,
-    pub(super) tried: Tried<WallExperiment>,
+    pub(super) tried: Tried<WallTrial>,
     /// Time until it is at rest, if it rings for long, s.
     pub(super) rings_s: Option<f64>,
     pub(super) noisier: Option<Noisier>,
@@ -228,7 +230,7 @@ pub(super) fn best<T>(all: impl IntoIterator<Item = (f64, T)>) -> Option<T> {
 
 /// A search that is on its way.
 struct Search<'s, 'a> {
-    design: &'a Design,
+    design: &'a WallDesign,
     candidates: &'s mut [Candidate],
     rays: Vec<Ray<'a>>,
     /// One of each order of the grid.
@@ -239,7 +241,7 @@ struct Search<'s, 'a> {
     stop: &'s AtomicBool,
 }
 
-impl Design {
+impl WallDesign {
     /// The best wall that passes, and how it did; candidates whose wall failed say so.
     pub(super) fn best_that_passes(
         &self,
@@ -376,7 +378,7 @@ impl Design {
     }
 
     /// A wall of an order, K in N/m and B in N·s^μ/m, before a trial.
-    fn wall(&self, order: Order, law: (f64, f64), one: &Try) -> WallExperiment {
+    fn wall(&self, order: Order, law: (f64, f64), one: &Try) -> WallTrial {
         let device = &self.device;
         let usual = self.plan(one.stretch);
         // At rest it is between two steps of the encoder, and there it matters where.
@@ -399,11 +401,11 @@ impl Design {
             must_be_stable: true,
             ..TrialSetup::new(device.plant, sensors, plan)
         };
-        WallExperiment {
+        WallTrial {
             model: self.model(order).cloned(),
             controller: controller.cloned().map(Box::new),
             contact: self.contact,
-            ..WallExperiment::linear(setup, order, self.scheme, law.0, law.1)
+            ..WallTrial::linear(setup, order, self.scheme, law.0, law.1)
         }
     }
 
@@ -419,12 +421,7 @@ impl Design {
     }
 
     /// Tries a wall of an order for as long as it needs to come to rest: K in N/m, B in N·s^μ/m.
-    pub(super) fn tried(
-        &self,
-        order: Order,
-        k: f64,
-        b: f64,
-    ) -> Result<Tried<WallExperiment>, Failure> {
+    pub(super) fn tried(&self, order: Order, k: f64, b: f64) -> Result<Tried<WallTrial>, Failure> {
         let wall = |stretch| self.wall(order, (k, b), &Try::usual(stretch));
         Tried::of(wall, |settling| settling.stable)
     }
@@ -479,7 +476,7 @@ impl Design {
     }
 }
 
-impl<T: Trial> Tried<T> {
+impl<T: PushedTrial> Tried<T> {
     /// Tries it for as long as it needs to pass.
     pub(super) fn of(
         make: impl Fn(f64) -> T,

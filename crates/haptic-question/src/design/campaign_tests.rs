@@ -2,15 +2,18 @@
 //!
 //! `CAMPAIGN_CASES` sets how many; 40 at night. `CAMPAIGN_FIRST` skips those before.
 
-use super::Design;
-use super::bench::Bench;
-use super::search::{LONGEST, Try};
-use crate::ExperimentFile;
-use crate::experiment::trial::Trial as _;
-use crate::experiment::wall::WallExperiment;
-use crate::question::{Asked, Question};
+use crate::bench::BENCH;
+use crate::design::bench::Bench;
+use crate::design::search::{LONGEST, Try};
+use crate::design::{DESIGN, WallDesign, reading};
 use fracdiff::Order;
+use haptic_document::parameters::Parameter;
+use haptic_document::{Document, Table};
+use haptic_judge::pushed_trial::PushedTrial as _;
+use haptic_judge::wall::wall;
 use haptic_trial::device_table::dynamics;
+use haptic_trial::device_table::with_devices;
+use haptic_trial::keys::wall::WALL_TABLES;
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
@@ -25,7 +28,7 @@ const NEAR: f64 = 1.05;
 
 /// 20 g to 2 kg, 0.1 to 10 N·s/m, up to three samples of delay, an encoder of 1 to 100 µm, in every other case noise of the sensor, a hand's
 /// spring, a limit of noise of 5 mN to 0.5 N, and in a third a wall that never pulls.
-fn question(case: u64) -> Design {
+fn question(case: u64) -> WallDesign {
     let mut random = Random(0x6465_7369 + 7919 * case);
     let mut text = format!(
         "[design]\nmass_kg = {:e}\ndamping_n_s_per_m = {:e}\ndelay_s = {:e}\nencoder_resolution_m = {:e}\n",
@@ -53,19 +56,30 @@ fn question(case: u64) -> Design {
     asked(&text)
 }
 
-fn asked(text: &str) -> Design {
-    let question = Question::parse(Path::new("form"), text).expect("a good question");
-    match question.0 {
-        Asked::Design(design) => *design,
-        Asked::ZWidth(_) | Asked::Coupler(_) | Asked::Front(_) | Asked::Analysis(_) => {
-            panic!("no wall")
-        }
-    }
+/// Reads the one table of a text, with these keys.
+pub(super) fn read<T, E: std::fmt::Debug>(
+    text: &str,
+    (kind, keys): (&str, &[(&str, &[Parameter])]),
+    of: impl FnOnce(&Table<'_>) -> Result<T, E>,
+) -> T {
+    let document = Document::of_text(Path::new("form"), text);
+    let document = document.parse().expect("TOML");
+    let found = document.one_of(&[kind], &[], "question", "one table");
+    let (_, table, _) = found.expect("its table");
+    let table = with_devices(table.with_keys(keys).expect("known keys")).expect("its device");
+    of(&table).expect("good values")
+}
+
+fn asked(text: &str) -> WallDesign {
+    let keys = [("design", DESIGN), ("bench", BENCH)];
+    read(text, ("design", &keys), |table| {
+        reading::design(table, reading::wish(table)?)
+    })
 }
 
 /// A wall of the grid that meets the requirement, is stiffer than this and passes all trials of a design: B/K is a time to the order,
 /// of a twentieth of a sample to a hundred samples.
-fn on_the_grid(design: &Design, stiffest: f64) -> Option<String> {
+fn on_the_grid(design: &WallDesign, stiffest: f64) -> Option<String> {
     let t = design.device.plant.sample_time.0;
     let log = |low: f64, times: f64, n: u32| low * times.powf(f64::from(n) / f64::from(GRID - 1));
     let hardest = AtomicUsize::new(0);
@@ -93,9 +107,10 @@ fn on_the_grid(design: &Design, stiffest: f64) -> Option<String> {
 }
 
 /// All that is wrong with an answer.
-fn wrong(design: &Design, text: &str) -> Vec<String> {
-    let file = ExperimentFile::parse(Path::new("design.toml"), text).expect("is right");
-    let wall = file.of::<WallExperiment>().expect("a wall");
+fn wrong(design: &WallDesign, text: &str) -> Vec<String> {
+    let wall = read(text, ("wall", WALL_TABLES), |table| {
+        wall(table, None, [None, None])
+    });
     let law = (wall.stiffness_n_per_m, wall.dissipation_n_s_mu_per_m);
     let samples = wall.parts().expect("valid").samples;
     let analysis = wall.judge(samples, dynamics(&design.device.plant), 0);

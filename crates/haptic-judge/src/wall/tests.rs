@@ -1,9 +1,9 @@
 //! Walls that never pull, by themselves: hits at random loops, and the two laws of contact side by side.
 
 use super::*;
+use crate::settling::{Settling, TrialVerdict};
+use crate::trial::TrialPlan;
 use fracdiff::Seconds;
-use haptic_judge::settling::{Settling, TrialVerdict};
-use haptic_judge::trial::TrialPlan;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_trial::Sensors;
@@ -16,7 +16,7 @@ fn experiment(
     device: MassDamperConfig,
     (mu, k, b): (f64, f64, f64),
     contact: WallContact,
-) -> WallExperiment {
+) -> WallTrial {
     let plan = TrialPlan {
         force_limit_n: 1e5,
         ..TrialPlan::DEFAULT
@@ -24,19 +24,19 @@ fn experiment(
     let setup = TrialSetup::new(device, Sensors::NONE, plan);
     let order = Order::new(mu).expect("in range");
     let scheme = "full:1e-6".parse().expect("a scheme");
-    WallExperiment {
+    WallTrial {
         contact,
-        ..WallExperiment::linear(setup, order, scheme, k, b)
+        ..WallTrial::linear(setup, order, scheme, k, b)
     }
 }
 
-fn analysis(wall: &WallExperiment) -> PreflightVerdict {
+fn analysis(wall: &WallTrial) -> PreflightVerdict {
     let verdict = wall.judge(5000, wall.setup.dynamics(), 0);
     verdict.expect("judges")
 }
 
 /// A loop with a margin of 1.02 to 3 if it is linear: device with delay, perhaps with a hand.
-fn drawn(random: &mut Random, contact: WallContact) -> WallExperiment {
+fn drawn(random: &mut Random, contact: WallContact) -> WallTrial {
     loop {
         let mass_kg = random.log_between(0.02, 0.5);
         let device = MassDamperConfig {
@@ -56,7 +56,7 @@ fn drawn(random: &mut Random, contact: WallContact) -> WallExperiment {
         } else {
             random.between(0.3, 1.0)
         };
-        let margin_of = |wall: &WallExperiment| {
+        let margin_of = |wall: &WallTrial| {
             let look = wall.look(5000).verdict(wall.setup.dynamics(), 0);
             let look = look.expect("judges");
             (look.stable, look.margin)
@@ -74,7 +74,7 @@ fn drawn(random: &mut Random, contact: WallContact) -> WallExperiment {
 }
 
 /// A hit at this speed, for so long.
-fn hit(wall: &WallExperiment, impact_m_per_s: f64, duration_s: f64) -> Settling {
+fn hit(wall: &WallTrial, impact_m_per_s: f64, duration_s: f64) -> Settling {
     let mut long = wall.clone();
     long.setup.plan.impact_m_per_s = impact_m_per_s;
     long.setup.plan.duration_s = duration_s;

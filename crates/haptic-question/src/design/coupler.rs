@@ -15,14 +15,10 @@
 //!   too, also with a coupler twice as large: where it is not, both parts are made smaller by the share that is left.
 //! - *The operator* is the one that runs: of order 1 − μ, on the deflection of the coupler.
 
-use super::answer::keys;
-use super::nothing_found;
-use super::search::{Tried, best, plan};
-use crate::Sensors;
-use crate::experiment::coupler::{
-    COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
-};
-use crate::experiment::trial::TrialSetup;
+use crate::bench::{AskedDevice, for_each_order, minimum_of};
+use crate::design::answer::keys;
+use crate::design::nothing_found;
+use crate::design::search::{Tried, best, plan};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, ForcePath, LeastDamping,
@@ -30,11 +26,14 @@ use haptic_analysis::{
 };
 use haptic_document::Failure;
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
+use haptic_judge::coupler::CouplerTrial;
+use haptic_judge::coupler::{COUPLER_ORDER, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS};
 use haptic_judge::preflight::softer;
 use haptic_judge::settling::Settling;
+use haptic_judge::setup::TrialSetup;
 use haptic_judge::trial::TrialPlan;
 use haptic_loop::plant::MassDamperConfig;
-use haptic_question::bench::{AskedDevice, for_each_order, minimum_of};
+use haptic_trial::Sensors;
 use haptic_trial::device_table::dynamics;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -49,7 +48,8 @@ const LOOP_MARGIN: f64 = 2.0;
 
 /// The stiffest coupler of an order.
 #[derive(Clone, Debug, Default, Serialize)]
-pub(crate) struct CouplerCandidate {
+pub struct CouplerCandidate {
+    /// μ, 0 to 1.
     pub order: f64,
     /// `k_c`, N·s/m; null if no coupler of this order is passive.
     pub coupler_damping_n_s_per_m: Option<f64>,
@@ -68,12 +68,13 @@ pub(crate) struct CouplerCandidate {
     pub loop_margin: Option<f64>,
     /// Damping with which the sampled device is passive with every hand and object, N·s/m; null if none is enough.
     pub sampled_damping_n_s_per_m: Option<f64>,
+    /// Reason if no coupler was found, or if it did not pass its trial.
     pub reason: Option<String>,
 }
 
 /// The criterion that a coupler fulfils for every passive hand and object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum CouplerCriterion {
+pub enum CouplerCriterion {
     /// Llewellyn's, for the dissertation's device under Tustin's rule.
     Llewellyn,
     /// Passivity of the port that is really sampled.
@@ -81,7 +82,8 @@ pub(crate) enum CouplerCriterion {
 }
 
 impl CouplerCriterion {
-    pub(crate) const fn name(self) -> &'static str {
+    /// Name in reports.
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Llewellyn => "llewellyn",
             Self::Passive => "passive",
@@ -91,21 +93,24 @@ impl CouplerCriterion {
 
 /// A question for couplers: on which device, before which object, by which criterion.
 #[derive(Clone, Debug)]
-pub(crate) struct CouplerDesign {
+pub struct CouplerDesign {
     /// The device and its hand, assumed ideal.
     pub device: MassDamperConfig,
     /// The object behind the coupler.
     pub object: CoupledObject,
+    /// Numerical scheme of the operator.
     pub scheme: Scheme,
+    /// Grid of orders, 0 to 1.
     pub orders: Vec<Order>,
-    pub(crate) criterion: CouplerCriterion,
+    /// Criterion that the coupler meets.
+    pub criterion: CouplerCriterion,
     /// Frequency at which couplers are compared, Hz.
     pub frequency_hz: f64,
 }
 
 impl CouplerDesign {
     /// The object of an experiment file that names none.
-    pub(crate) const OBJECT: CoupledObject = CoupledObject {
+    pub const OBJECT: CoupledObject = CoupledObject {
         mass_kg: OBJECT_MASS.default_number(),
         damping_n_s_per_m: OBJECT_DAMPING.default_number(),
         stiffness_n_per_m: OBJECT_STIFFNESS.default_number(),
@@ -238,7 +243,7 @@ fn cheapest(
 pub struct CouplerAnswer {
     /// Mass, damping, hand and sample time of the device.
     #[serde(flatten)]
-    pub(crate) asked: AskedDevice,
+    pub asked: AskedDevice,
     /// `coupler`.
     pub wish: &'static str,
     /// The criterion by its name, `llewellyn` or `passive`.
@@ -248,9 +253,9 @@ pub struct CouplerAnswer {
     /// The operator that was analysed, as documents write it.
     pub scheme: String,
     /// The stiffest coupler of each order.
-    pub(crate) candidates: Vec<CouplerCandidate>,
+    pub candidates: Vec<CouplerCandidate>,
     /// The stiffest coupler of all orders, as felt at the frequency; null if no order has one.
-    pub(crate) best: Option<CouplerCandidate>,
+    pub best: Option<CouplerCandidate>,
     /// The trial of the best, on the ideal device.
     pub simulated: Option<Settling>,
     /// The experiment that runs it.
@@ -260,7 +265,10 @@ pub struct CouplerAnswer {
 
 impl CouplerAnswer {
     /// Refuses a design without a coupler that is stable when it is tried.
-    pub(crate) fn require(&self) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// No coupler, or one whose trial is not stable.
+    pub fn require(&self) -> Result<(), Failure> {
         if self.best.is_none() {
             let mut reasons = self.candidates.iter().filter_map(|c| c.reason.as_deref());
             return Err(nothing_found(reasons.next()));
@@ -272,7 +280,10 @@ impl CouplerAnswer {
 impl CouplerDesign {
     /// Answers it: candidates, the best of them, its trial and its experiment file; `progress` hears of each order that is done, `stop` ends
     /// it before the next.
-    pub(crate) fn answer(
+    ///
+    /// # Errors
+    /// A design that was stopped, or a loop that cannot be analysed.
+    pub fn answer(
         &self,
         stop: &AtomicBool,
         progress: &(dyn Fn(u64) + Sync),
@@ -316,9 +327,9 @@ impl CouplerDesign {
         plan(self.device.sample_time, limit, stretch)
     }
 
-    fn trial(&self, best: &CouplerCandidate) -> Result<Tried<CouplerExperiment>, Failure> {
+    fn trial(&self, best: &CouplerCandidate) -> Result<Tried<CouplerTrial>, Failure> {
         let order = Order::new(best.order).map_err(Failure::input)?;
-        let make = |stretch| CouplerExperiment {
+        let make = |stretch| CouplerTrial {
             setup: TrialSetup {
                 must_be_stable: true,
                 ..TrialSetup::new(self.device, Sensors::NONE, self.plan(stretch))
@@ -335,7 +346,7 @@ impl CouplerDesign {
     }
 
     /// The experiment file of a coupler that was tried.
-    fn experiment_file(&self, coupler: &CouplerExperiment) -> String {
+    fn experiment_file(&self, coupler: &CouplerTrial) -> String {
         let head = format!(
             "# Written by host-cli design: coupler, {}, gain margin 2 in the sampled loop.\n\
              # host-cli run FILE tries it; it ends with 0 only if trial and analysis call it stable and Llewellyn's criterion is met.\n\
@@ -356,9 +367,11 @@ impl CouplerDesign {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::experiment::trial::Trial as _;
+    use crate::design::campaign_tests::read;
+    use crate::design::coupler::*;
     use fracdiff::Seconds;
+    use haptic_judge::coupler::{COUPLER, COUPLER_REQUIRED, coupler};
+    use haptic_judge::pushed_trial::PushedTrial as _;
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
     use testkit::device::dissertation;
 
@@ -482,13 +495,16 @@ mod tests {
                 .answer(&AtomicBool::new(false), &|_| {})
                 .expect("valid");
             let text = answer.experiment_text.expect("a best one");
-            let file = crate::ExperimentFile::parse(std::path::Path::new("design.toml"), &text);
-            let file = file.expect("is right");
-            let coupler: &CouplerExperiment = file.of().expect("a coupler");
+            let keys = [("required", COUPLER_REQUIRED), ("coupler", COUPLER)];
+            let coupler = read(&text, ("coupler", &keys), |table| {
+                coupler(table, None, [None, None])
+            });
             let settling = coupler.settled().expect("valid");
             assert_eq!(Some(settling), answer.simulated, "{text}");
             assert!(settling.stable, "{settling:?}");
-            let verdict = coupler.look().expect("valid");
+            let samples = coupler.parts().expect("valid").samples;
+            let verdict = coupler.judge(samples, coupler.setup.dynamics(), 0);
+            let verdict = verdict.expect("valid");
             let llewellyn = verdict.coupler.is_some_and(|coupler| coupler.llewellyn);
             assert!(verdict.stable && llewellyn, "{verdict:?}");
             let passive = criterion == CouplerCriterion::Passive;

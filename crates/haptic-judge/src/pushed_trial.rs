@@ -1,0 +1,151 @@
+//! A law that a pushed device feels, tried in virtual time: what a wall and a coupler share.
+
+use crate::settling::{Settling, TrialVerdict};
+use crate::setup::{TrialParts, TrialSetup};
+use fracdiff::{Order, Scheme};
+use haptic_analysis::Dynamics;
+use haptic_document::Failure;
+use haptic_document::parameters::Parameter;
+use haptic_loop::Environment;
+use haptic_trial::preflight::PreflightVerdict;
+use serde::Serialize;
+use serde_json::Value;
+
+/// A trial of a wall at one speed.
+#[derive(Debug, Serialize)]
+pub struct Hit {
+    /// Speed of the hit, m/s.
+    pub impact_m_per_s: f64,
+    /// Its verdict.
+    pub verdict: TrialVerdict,
+    /// Largest force, N.
+    pub peak_force_n: f64,
+}
+
+/// The loudest of these noises.
+pub fn louder(noises: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    noises.into_iter().flatten().reduce(f64::max)
+}
+
+/// A law on a pushed device.
+pub trait PushedTrial: Clone {
+    /// The law that the device feels.
+    type Law: Environment<f64, 1, History: Send> + Send;
+    /// Name of its table.
+    const KIND: &'static str;
+    /// Reason for a push that no rest position belongs to.
+    const NO_REST: &'static str;
+    /// Key with which an unstable trial is a failure.
+    const MUST_BE_STABLE: Parameter;
+    /// Said behind the verdict of a trial that this key refuses.
+    const REFUSED: &'static str;
+
+    /// Device, push and safety.
+    fn setup(&self) -> &TrialSetup;
+
+    /// Device, push and safety, to change.
+    fn setup_mut(&mut self) -> &mut TrialSetup;
+
+    /// Order and scheme of its operator.
+    fn operator_choice(&self) -> (Order, Scheme);
+
+    /// The law in words, for the line below a picture.
+    fn law_in_words(&self) -> String;
+
+    /// The loop, made of good parameters.
+    ///
+    /// # Errors
+    /// Parameters of which no loop can be made.
+    fn parts(&self) -> Result<TrialParts<Self::Law>, Failure>;
+
+    /// Analysis of the loop with this device and `line` samples of delay on a line besides its own.
+    ///
+    /// # Errors
+    /// Parameters outside what the analysis covers.
+    fn judge(
+        &self,
+        samples: u64,
+        dynamics: Dynamics,
+        line: usize,
+    ) -> Result<PreflightVerdict, Failure>;
+
+    /// The law as its report has it, with the place at the end of an object behind it, m.
+    fn law_in_rows(&self, settling: &Settling, object_m: Option<f64>) -> Value;
+
+    /// True unless the pre-flight says something of the law that `must_be_stable` refuses beside an unstable loop.
+    fn is_accepted(&self, _: &PreflightVerdict) -> bool {
+        true
+    }
+
+    /// Speeds at which it is hit beside that of its plan, m/s: a device that stands here, of a law that never pulls.
+    fn hits(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Runs it without log or files: does it settle, at each hit, and without friction too?
+    ///
+    /// # Errors
+    /// As [`parts`](Self::parts): parameters of which no loop can be made.
+    fn settled(&self) -> Result<Settling, Failure> {
+        Ok(self.worst(self.named(self.tried()?)?)?.0)
+    }
+
+    /// The worst of this judgement and those of all further hits, and all of them if there are any.
+    ///
+    /// # Errors
+    /// As [`parts`](Self::parts): parameters of which no loop can be made.
+    fn worst(&self, recorded: Settling) -> Result<(Settling, Vec<Hit>), Failure> {
+        let mut all = vec![recorded];
+        for impact_m_per_s in self.hits() {
+            let mut other = self.clone();
+            other.setup_mut().plan.impact_m_per_s = impact_m_per_s;
+            all.push(other.named(other.tried()?)?);
+        }
+        let worse = |a: Settling, b: &Settling| if b.verdict > a.verdict { *b } else { a };
+        let worst = Settling {
+            noise_n: louder(all.iter().map(|settling| settling.noise_n)),
+            ..all.iter().fold(recorded, worse)
+        };
+        let hits = all.iter().filter(|_| all.len() > 1).map(|settling| Hit {
+            impact_m_per_s: settling.impact_m_per_s,
+            verdict: settling.verdict,
+            peak_force_n: settling.peak_force_n,
+        });
+        Ok((worst, hits.collect()))
+    }
+
+    /// Runs it without log or files, to see if it settles.
+    ///
+    /// # Errors
+    /// As [`parts`](Self::parts): parameters of which no loop can be made.
+    fn tried(&self) -> Result<Settling, Failure> {
+        self.parts().map(TrialParts::tried)
+    }
+
+    /// Changes the verdict if friction alone holds the device. Noise includes that of the device without friction: a moving hand feels it.
+    ///
+    /// # Errors
+    /// As [`parts`](Self::parts): parameters of which no loop can be made.
+    fn named(&self, settling: Settling) -> Result<Settling, Failure> {
+        let Some(smooth) = self.setup().smooth().filter(|_| settling.stable) else {
+            return Ok(settling);
+        };
+        let mut other = self.clone();
+        *other.setup_mut() = smooth;
+        let smooth = other.tried()?;
+        if smooth.stable {
+            Ok(Settling {
+                noise_n: louder([settling.noise_n, smooth.noise_n]),
+                ..settling
+            })
+        } else {
+            Ok(settling.by_friction("without friction the device does not come to rest"))
+        }
+    }
+}
+
+/// Value to six significant digits, as a subtitle shows a number.
+pub fn six_digits(value: f64) -> f64 {
+    // A formatted number is a number again.
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
