@@ -18,6 +18,8 @@ use haptic_question::design::front::Front;
 pub use haptic_question::design::front::{FrontReport, FrontWall};
 use haptic_question::design::{self, DesignWish, WallDesign};
 pub use haptic_question::design::{Candidate, DesignReport};
+use haptic_question::zwidth::ZWIDTH;
+pub use haptic_question::zwidth::{BoundaryPoint, ZWidthReport};
 use haptic_run::document::read_document;
 use haptic_run::folder::OutputFolder;
 use haptic_trial::device_table::with_devices;
@@ -28,8 +30,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use zwidth::ZWidth;
-pub use zwidth::{BoundaryPoint, ZWidthReport};
+use zwidth::ZWidthSearch;
 
 /// Names of the tables of all questions to a device.
 pub const QUESTIONS: [&str; 11] = [
@@ -49,11 +50,7 @@ pub const QUESTIONS: [&str; 11] = [
 /// Tables of a question, or of a measurement: heading and parameters.
 pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     match kind {
-        "zwidth" => vec![
-            ("Z-width", zwidth::ZWIDTH),
-            ("bench", BENCH),
-            ("device", ON_DEVICE),
-        ],
+        "zwidth" => vec![("Z-width", ZWIDTH), ("bench", BENCH), ("device", ON_DEVICE)],
         "design" => vec![("design", design::DESIGN), ("bench", BENCH)],
         calibration::CALIBRATION => calibration::TABLES.to_vec(),
         _ => analysis::tables(kind)
@@ -90,7 +87,7 @@ pub struct Question(Asked);
 #[derive(Clone, Debug)]
 enum Asked {
     /// `[zwidth]`: how stiff a wall can be rendered?
-    ZWidth(Box<ZWidth>),
+    ZWidth(Box<ZWidthSearch>),
     /// `[design]`: what is the most that a device can render?
     Design(Box<WallDesign>),
     /// `[design]` with the wish coupler.
@@ -122,7 +119,7 @@ impl Question {
             return Ok(Self(Asked::Analysis(Box::new(analysis?))));
         }
         Ok(Self(match kind {
-            "zwidth" => Asked::ZWidth(Box::new(ZWidth::of(&table)?)),
+            "zwidth" => Asked::ZWidth(Box::new(ZWidthSearch::of(&table)?)),
             _ if table.flag(&design::FRONT)? => {
                 Asked::Front(Box::new(design::reading::front(&table)?))
             }
@@ -148,7 +145,7 @@ impl Question {
     #[must_use]
     pub fn steps(&self) -> u64 {
         match &self.0 {
-            Asked::ZWidth(zwidth) => zwidth.cells(),
+            Asked::ZWidth(asked) => asked.zwidth.cells(),
             Asked::Design(design) => design.steps() as u64,
             Asked::Coupler(design) => design.orders.len() as u64,
             Asked::Front(front) => front.design.orders.len() as u64,
@@ -307,9 +304,10 @@ mod tests {
 
     #[test]
     fn what_is_left_out_is_as_the_commands_have_it() {
-        let Ok(Question(Asked::ZWidth(zwidth))) = read("[zwidth]") else {
+        let Ok(Question(Asked::ZWidth(asked))) = read("[zwidth]") else {
             panic!("a Z-width");
         };
+        let zwidth = asked.zwidth;
         let device = testkit::device::dissertation(fracdiff::Seconds(1e-3));
         assert_eq!((zwidth.points, zwidth.orders.len()), (21, 5));
         assert_eq!(zwidth.device, device);

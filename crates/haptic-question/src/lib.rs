@@ -9,6 +9,9 @@ pub mod controller;
 pub mod design;
 pub mod form;
 pub mod measurement;
+#[cfg(test)]
+mod one_table;
 pub mod plant;
 pub mod tissue;
 pub mod words;
+pub mod zwidth;

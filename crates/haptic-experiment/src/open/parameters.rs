@@ -5,7 +5,7 @@ pub use crate::experiment::rendering::keys::*;
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
 pub use crate::question::QUESTIONS;
 pub use crate::question::calibration::{CALIBRATION, keys::*};
-pub use crate::question::zwidth::keys::*;
+
 pub use haptic_document::parameters::*;
 pub use haptic_question::analysis;
 pub use haptic_question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
@@ -15,6 +15,7 @@ pub use haptic_question::measurement::MEASUREMENT;
 pub use haptic_question::measurement::keys::*;
 pub use haptic_question::plant::keys::{PLANT_RECORD, VALIDATE};
 pub use haptic_question::tissue::RECORD;
+pub use haptic_question::zwidth::keys::*;
 pub use haptic_trial::keys::teleoperation::*;
 pub use haptic_trial::keys::trial::*;
 pub use haptic_trial::keys::wall::*;

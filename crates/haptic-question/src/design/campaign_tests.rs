@@ -6,16 +6,13 @@ use crate::bench::BENCH;
 use crate::design::bench::Bench;
 use crate::design::search::{LONGEST, Try};
 use crate::design::{DESIGN, WallDesign, reading};
+use crate::one_table::read;
 use fracdiff::Order;
-use haptic_document::parameters::Parameter;
-use haptic_document::{Document, Table};
 use haptic_judge::pushed_trial::PushedTrial as _;
 use haptic_judge::wall::wall;
 use haptic_trial::device_table::dynamics;
-use haptic_trial::device_table::with_devices;
 use haptic_trial::keys::wall::WALL_TABLES;
 use rayon::prelude::*;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
 use testkit::Random;
 
@@ -54,20 +51,6 @@ fn question(case: u64) -> WallDesign {
         text += "one_sided = true\n";
     }
     asked(&text)
-}
-
-/// Reads the one table of a text, with these keys.
-pub(super) fn read<T, E: std::fmt::Debug>(
-    text: &str,
-    (kind, keys): (&str, &[(&str, &[Parameter])]),
-    of: impl FnOnce(&Table<'_>) -> Result<T, E>,
-) -> T {
-    let document = Document::of_text(Path::new("form"), text);
-    let document = document.parse().expect("TOML");
-    let found = document.one_of(&[kind], &[], "question", "one table");
-    let (_, table, _) = found.expect("its table");
-    let table = with_devices(table.with_keys(keys).expect("known keys")).expect("its device");
-    of(&table).expect("good values")
 }
 
 fn asked(text: &str) -> WallDesign {

@@ -367,8 +367,8 @@ impl CouplerDesign {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::campaign_tests::read;
     use crate::design::coupler::*;
+    use crate::one_table::read;
     use fracdiff::Seconds;
     use haptic_judge::coupler::{COUPLER, COUPLER_REQUIRED, coupler};
     use haptic_judge::pushed_trial::PushedTrial as _;

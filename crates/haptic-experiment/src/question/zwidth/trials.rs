@@ -6,19 +6,21 @@
 use haptic_document::Failure;
 use haptic_document::Warn;
 use haptic_document::parameters::{LOOP, TRIAL_DURATION};
+use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::{Judge, Settling};
+use haptic_judge::trial::force_and_rate;
 use haptic_link::{
     Capabilities, Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start,
     State as DeviceState,
 };
-use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
-use haptic_loop::units::Seconds;
+use haptic_loop::{Fault, SafetyLimits};
+use haptic_question::zwidth::rig::{Rig, TRIPS_IN_A_ROW, WallThere};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
 use haptic_run::device::{at_link, at_port, refused_at_port, trouble};
 use haptic_run::realtime::RealtimeOptions;
-use haptic_run::remote::{RemoteDevice, RemoteLaw, may_push, within};
+use haptic_run::remote::{RemoteDevice, RemoteLaw, held, may_push, portable, within};
 use haptic_run::schedule::{Pace, Schedule};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -31,8 +33,6 @@ mod tests;
 
 /// Attempts at a trial that does not test its law.
 const TRIES: usize = 10;
-/// Consecutive trials that end at a limit of the device, after which the search ends.
-pub(crate) const TRIPS_IN_A_ROW: usize = 20;
 /// The force of a trial before has fallen to zero in this time: the longest of [`Limits`](haptic_link::Limits), and an idle host.
 const FALLEN_WITHIN: Duration = Duration::from_secs(5);
 /// Whoever pushes the device into the wall has moved it out again in this time.
@@ -94,7 +94,7 @@ pub(super) struct Trials<'a> {
     /// Settings of the device: no trial loosens them.
     set: Configuration,
     /// Its identity and its lasting limits, on which all that is found depends.
-    pub(super) whose: String,
+    whose: String,
     /// The way out of a wall into which the device pushes by itself.
     retreat: Option<RemoteLaw>,
     warn: Warn<'a>,
@@ -189,112 +189,6 @@ impl<'a> Trials<'a> {
 
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Judgement of one run; `None` if the law tripped the device, or if no more trials can be made: the search then reports why.
-    pub(super) fn judged(
-        &self,
-        law: &RemoteLaw,
-        samples: u64,
-        sample_time_s: f64,
-        judge: Judge,
-    ) -> Option<Settling> {
-        let mut state = self.state();
-        if state.failure.is_some() {
-            return None;
-        }
-        let mut tries = 1;
-        let failure = loop {
-            let mut judge = judge.clone();
-            let mut see = |tick, position_m, force_n| {
-                judge.see(tick as f64 * sample_time_s, position_m, force_n)
-            };
-            match self.try_once(&mut state, law, samples, sample_time_s, &mut see) {
-                Ok(Trial::Unjudged(_)) if tries < TRIES => tries += 1,
-                Ok(Trial::Unjudged(failure)) | Err(failure) => {
-                    break Some(state.bench.at_line(failure));
-                }
-                Ok(trial @ (Trial::Whole | Trial::Seen)) => {
-                    state.trials += 1;
-                    state.in_a_row = 0;
-                    return Some(judge.settling(matches!(trial, Trial::Whole), None));
-                }
-                Ok(Trial::Tripped(fault)) => {
-                    state.trials += 1;
-                    state.trips += 1;
-                    state.in_a_row += 1;
-                    state.last = Some(fault);
-                    break (state.in_a_row >= TRIPS_IN_A_ROW).then(|| {
-                        Failure::run(format_args!(
-                            "{}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so the search stopped: {}",
-                            state.bench.path(),
-                            self.remedy(fault)
-                        ))
-                    });
-                }
-            }
-        };
-        state.failure = failure;
-        None
-    }
-
-    /// Refuses a law that the device would refuse.
-    pub(super) fn accepts(
-        &self,
-        law: &RemoteLaw,
-        samples: u64,
-        sample_time: Seconds,
-    ) -> Result<(), Failure> {
-        let can = self.state().bench.capabilities();
-        let schedule = scheduled(samples, sample_time.0);
-        within(&self.remote, law, schedule, &can, &self.set, &|_| {}).map(|_| ())
-    }
-
-    /// Time in which the force of a device that pushes by itself rises, s: the one that was asked for, or a longer one that is set on it.
-    pub(super) fn rise_time_s(&self, asked_s: f64) -> Option<f64> {
-        let set_s = self.set.limits.rise_time_s;
-        let is_longer = set_s > asked_s as f32;
-        (self.retreat.as_ref()).map(|_| if is_longer { set_s.into() } else { asked_s })
-    }
-
-    /// Step of the device's encoder, m, and the largest force that it makes, N.
-    pub(super) fn encoder_and_force(&self) -> (f64, f64) {
-        let state = self.state();
-        let can = state.bench.capabilities();
-        (
-            f64::from(can.position_resolution_m),
-            f64::from(can.force_max_n.min(self.set.limits.force_n)),
-        )
-    }
-
-    /// True if no more trials are made.
-    pub(super) fn has_failed(&self) -> bool {
-        self.state().failure.is_some()
-    }
-
-    /// Why the search ended before its end, if so; `found` something or not, `stop`ped or not.
-    pub(super) fn ended(self, found: bool, stop: &AtomicBool) -> Result<Option<Failure>, Failure> {
-        let mut state = self.state();
-        match state.failure.take() {
-            Some(failure) if !found => Err(failure),
-            None if !found && !stop.load(Ordering::Relaxed) => {
-                let why = match state.last {
-                    Some(fault) => format!(
-                        "{} of them ended at a limit of the device ({fault}): {}",
-                        state.trips,
-                        self.remedy(fault)
-                    ),
-                    None => {
-                        format!("give the trials a longer {TRIAL_DURATION}, or hold the device")
-                    }
-                };
-                Err(Failure::run(format_args!(
-                    "{}: no wall came to rest in {} trials; {why}",
-                    self.remote.name, state.trials
-                )))
-            }
-            failure => Ok(failure),
-        }
     }
 
     /// Remedy for a limit that ended a trial.
@@ -393,6 +287,131 @@ impl<'a> Trials<'a> {
         }
         trial
     }
+}
+
+impl Rig for Trials<'_> {
+    fn whose(&self) -> &str {
+        &self.whose
+    }
+
+    fn encoder_and_force(&self) -> (f64, f64) {
+        let state = self.state();
+        let can = state.bench.capabilities();
+        (
+            f64::from(can.position_resolution_m),
+            f64::from(can.force_max_n.min(self.set.limits.force_n)),
+        )
+    }
+
+    fn accepts(&self, wall: &WallThere, samples: u64) -> Result<(), Failure> {
+        let can = self.state().bench.capabilities();
+        let schedule = scheduled(samples, wall.device.sample_time.0);
+        within(
+            &self.remote,
+            &law_there(wall)?,
+            schedule,
+            &can,
+            &self.set,
+            &|_| {},
+        )
+        .map(|_| ())
+    }
+
+    fn judged(&self, wall: &WallThere, samples: u64, judge: Judge) -> Option<Settling> {
+        let law = &law_there(wall).ok()?;
+        let sample_time_s = wall.device.sample_time.0;
+        let mut state = self.state();
+        if state.failure.is_some() {
+            return None;
+        }
+        let mut tries = 1;
+        let failure = loop {
+            let mut judge = judge.clone();
+            let mut see = |tick, position_m, force_n| {
+                judge.see(tick as f64 * sample_time_s, position_m, force_n)
+            };
+            match self.try_once(&mut state, law, samples, sample_time_s, &mut see) {
+                Ok(Trial::Unjudged(_)) if tries < TRIES => tries += 1,
+                Ok(Trial::Unjudged(failure)) | Err(failure) => {
+                    break Some(state.bench.at_line(failure));
+                }
+                Ok(trial @ (Trial::Whole | Trial::Seen)) => {
+                    state.trials += 1;
+                    state.in_a_row = 0;
+                    return Some(judge.settling(matches!(trial, Trial::Whole), None));
+                }
+                Ok(Trial::Tripped(fault)) => {
+                    state.trials += 1;
+                    state.trips += 1;
+                    state.in_a_row += 1;
+                    state.last = Some(fault);
+                    break (state.in_a_row >= TRIPS_IN_A_ROW).then(|| {
+                        Failure::run(format_args!(
+                            "{}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so the search stopped: {}",
+                            state.bench.path(),
+                            self.remedy(fault)
+                        ))
+                    });
+                }
+            }
+        };
+        state.failure = failure;
+        None
+    }
+
+    fn rise_time_s(&self, asked_s: f64) -> Option<f64> {
+        let set_s = self.set.limits.rise_time_s;
+        let is_longer = set_s > asked_s as f32;
+        (self.retreat.as_ref()).map(|_| if is_longer { set_s.into() } else { asked_s })
+    }
+
+    fn has_failed(&self) -> bool {
+        self.state().failure.is_some()
+    }
+
+    fn ended(&self, found: bool, stop: &AtomicBool) -> Result<Option<Failure>, Failure> {
+        let mut state = self.state();
+        match state.failure.take() {
+            Some(failure) if !found => Err(failure),
+            None if !found && !stop.load(Ordering::Relaxed) => {
+                let why = match state.last {
+                    Some(fault) => format!(
+                        "{} of them ended at a limit of the device ({fault}): {}",
+                        state.trips,
+                        self.remedy(fault)
+                    ),
+                    None => {
+                        format!("give the trials a longer {TRIAL_DURATION}, or hold the device")
+                    }
+                };
+                Err(Failure::run(format_args!(
+                    "{}: no wall came to rest in {} trials; {why}",
+                    self.remote.name, state.trials
+                )))
+            }
+            failure => Ok(failure),
+        }
+    }
+}
+
+/// A wall as the device gets it.
+fn law_there(wall: &WallThere) -> Result<RemoteLaw, Failure> {
+    let (config, plan) = (&wall.device, &wall.plan);
+    let limits = SafetyLimits {
+        rise_time: wall.rise_time,
+        ..force_and_rate(plan.force_limit_n, None, config.sample_time)
+    };
+    Ok(RemoteLaw {
+        stiffness_n_per_m: wall.stiffness_n_per_m,
+        dissipation_n_s_mu_per_m: wall.dissipation_n_s_mu_per_m,
+        order: wall.order.get(),
+        one_sided: wall.contact == WallContact::OneSided,
+        operator: portable(&wall.operator)?,
+        held_push_n: plan.push_n,
+        push: plan.push_of_motor(),
+        tap: wall.tap,
+        ..RemoteLaw::bare(limits, held(config, plan.push_of_hand_n()))
+    })
 }
 
 fn scheduled(samples: u64, sample_time_s: f64) -> Schedule {

@@ -1,15 +1,16 @@
 //! A device that pushes by itself, tick by tick in virtual time: the device side of the link, with a handle that stays where it was left.
 
 use super::*;
-use crate::question::zwidth::campaign::Campaign;
-use crate::question::zwidth::{ZWidth, ZWidthReport};
+use crate::question::zwidth::{campaign, retreat};
 use haptic_document::Document;
 use haptic_emulator::LineFaults;
 use haptic_emulator::board::{Body, Emulation, emulate};
 use haptic_link::Limits;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::units::Seconds;
 use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Device, Reading, SafeForce};
+use haptic_question::zwidth::{AtPort, ZWidth, ZWidthReport};
 use haptic_remote::serial::Pipe;
 use haptic_remote::{Hardware, TickSide, abilities, prepare};
 use haptic_run::DeviceName;
@@ -208,6 +209,13 @@ struct Morning {
     rested_s: f64,
 }
 
+fn at_port() -> AtPort {
+    AtPort {
+        name: "serial:handle".to_owned(),
+        calibration: String::new(),
+    }
+}
+
 impl Night {
     fn of(keys: &str) -> Self {
         let text = format!("[zwidth]\nwindow_s = 0.4\npush_by = \"device\"\n{keys}");
@@ -223,7 +231,7 @@ impl Night {
             .with_keys(&crate::question::tables("zwidth"))
             .expect("known");
         Self {
-            zwidth: ZWidth::of(&table).expect("valid"),
+            zwidth: ZWidth::of(&table, Some(at_port())).expect("valid"),
             drift_m: 0.0,
             seed: 1,
             lasts: u64::MAX,
@@ -261,17 +269,17 @@ impl Night {
                 ..self.zwidth.device
             },
             sensors: Sensors::NONE,
-            remote: Some(remote.clone()),
+            at_port: Some(at_port()),
             ..self.zwidth.clone()
         };
-        let trials = Trials::on(bench, &remote, self.set(), zwidth.retreat(), &|_| {});
+        let trials = Trials::on(bench, &remote, self.set(), retreat(&zwidth), &|_| {});
         let (done, stop) = (AtomicU64::new(0), AtomicBool::new(false));
         let progress = |cells| {
             if done.fetch_add(cells, Ordering::Relaxed) + cells >= after {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        zwidth.searched(Some(trials), &progress, &stop)
+        zwidth.searched(Some(&trials), &campaign, &progress, &stop)
     }
 
     /// Report of a board that is emulated by the clock.
@@ -397,7 +405,7 @@ fn a_specimen_on_the_device_is_as_large_as_the_simulated_one() {
         let night = Night::of(&format!("tissue = \"{tissue}\""));
         let scale = |report: &ZWidthReport| report.scales.expect("some").largest_scale;
         let never = AtomicBool::new(false);
-        let simulated = night.zwidth.searched(None, &|_| {}, &never);
+        let simulated = night.zwidth.searched(None, &campaign, &|_| {}, &never);
         let simulated = scale(&simulated.expect("ends"));
         let morning = night.whole();
         assert!(morning.forces_n.iter().all(|force| *force <= 6.0));
@@ -520,14 +528,14 @@ fn a_file_of_another_search_is_refused_and_stays_as_it_is() {
         ),
     ] {
         std::fs::write(&path, text).expect("written");
-        let error = Campaign::open(&path, "this").expect_err(text).to_string();
+        let error = campaign(&path, "this").expect_err(text).to_string();
         assert!(
             error.contains(words) && error.contains("`campaign`"),
             "{error}"
         );
         assert_eq!(std::fs::read_to_string(&path).expect("text"), text);
     }
-    let error = Campaign::open(folder.path(), "this").expect_err("a folder");
+    let error = campaign(folder.path(), "this").expect_err("a folder");
     assert!(!error.to_string().contains('\n'), "{error}");
 }
 

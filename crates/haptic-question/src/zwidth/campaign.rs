@@ -3,10 +3,9 @@
 //! The first line is the question in full. A last line without an end, of a computer that was switched off, is found anew. Before something
 //! was found there is no file.
 
-use super::upward::Settled;
+use crate::zwidth::upward::Settled;
 use haptic_document::Failure;
 use haptic_document::parameters::CAMPAIGN;
-use haptic_log::record::{LineFile, NewFileError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,20 +14,20 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Result for one dissipation, as α.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Cell {
-    pub(super) stable: f64,
+    pub stable: f64,
     /// `None` if friction held nothing beyond it.
-    pub(super) held: Option<f64>,
+    pub held: Option<f64>,
     /// Simulated without friction, where friction holds a real device.
     #[serde(default)]
-    pub(super) without_friction: Option<f64>,
+    pub without_friction: Option<f64>,
 }
 
 /// Range that the search of one order covers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Extent {
-    pub(super) dissipation: f64,
+    pub dissipation: f64,
     /// Walls of a real device that came to rest.
-    pub(super) settled: Option<Settled>,
+    pub settled: Option<Settled>,
 }
 
 /// A line of the file; orders and points by their number in the question.
@@ -41,33 +40,50 @@ pub(super) enum Line {
     Point(usize, usize, Option<Cell>),
 }
 
+/// Keeps a line on a disk.
+pub type Keep = dyn Fn(&str) -> Result<(), Failure> + Send + Sync;
+
+/// Opens the campaign of a question: its path, and the question in full.
+pub type Open<'a> = &'a dyn Fn(&Path, &str) -> Result<Campaign, Failure>;
+
 /// Ranges and points that a search has found so far.
-#[derive(Debug)]
-pub(super) struct Campaign {
+pub struct Campaign {
     pub(super) extents: BTreeMap<usize, Option<Extent>>,
     pub(super) cells: BTreeMap<(usize, usize), Option<Cell>>,
-    file: Mutex<LineFile>,
+    keep: Box<Keep>,
     failure: Mutex<Option<Failure>>,
 }
 
+impl std::fmt::Debug for Campaign {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Campaign")
+            .field("extents", &self.extents)
+            .field("cells", &self.cells)
+            .finish_non_exhaustive()
+    }
+}
+
 impl Campaign {
-    /// Opens the campaign of this question, from a file that may be there already.
-    pub(super) fn open(path: &Path, question: &str) -> Result<Self, Failure> {
-        let opened = LineFile::open(path, &text(&Line::Campaign(question.to_owned()))?);
-        if let Err(NewFileError::Foreign(_)) = &opened {
-            return Err(Failure::bad_input(format_args!(
-                "`{}` is not of this search (line 1): give the keys, device and limits with which it began, or another {CAMPAIGN}",
-                path.display()
-            )));
-        }
-        let (file, found) = opened?;
+    /// The first line of the file of this question.
+    ///
+    /// # Errors
+    /// A question that JSON cannot hold.
+    pub fn first_line(question: &str) -> Result<String, Failure> {
+        text(&Line::Campaign(question.to_owned()))
+    }
+
+    /// The campaign that stands in these lines of a file, all but the first; what is found is handed on, a line each.
+    ///
+    /// # Errors
+    /// A line of another kind.
+    pub fn found(path: &Path, lines: &str, keep: Box<Keep>) -> Result<Self, Failure> {
         let mut campaign = Self {
             extents: BTreeMap::new(),
             cells: BTreeMap::new(),
-            file: Mutex::new(file),
+            keep,
             failure: Mutex::new(None),
         };
-        for (index, line) in found.lines().enumerate() {
+        for (index, line) in lines.lines().enumerate() {
             match serde_json::from_str(line) {
                 Ok(Line::Extent(order, found)) => drop(campaign.extents.insert(order, found)),
                 Ok(Line::Point(order, point, found)) => {
@@ -85,9 +101,9 @@ impl Campaign {
         Ok(campaign)
     }
 
+    /// Keeps a line; the first failure ends the search.
     pub(super) fn keep(&self, line: &Line) {
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        let kept = text(line).and_then(|text| Ok(file.add(&text)?));
+        let kept = text(line).and_then(|text| (self.keep)(&text));
         if let Err(failure) = kept {
             self.failure().get_or_insert(failure);
         }

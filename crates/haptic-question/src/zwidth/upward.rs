@@ -2,9 +2,9 @@
 //!
 //! A wall that is too stiff throws the device beyond a limit, so few of them are tried: stiffness and dissipation double until a wall
 //! does not come to rest, and then the interval is halved. With [`CLOSER`] and [`HALVINGS`] a device that has stable walls is not taken
-//! beyond its limits [`TRIPS_IN_A_ROW`](crate::question::zwidth::trials::TRIPS_IN_A_ROW) times in a row on the way.
+//! beyond its limits [`TRIPS_IN_A_ROW`](crate::zwidth::rig::TRIPS_IN_A_ROW) times in a row on the way.
 
-use haptic_question::bench::last;
+use crate::bench::last;
 use serde::{Deserialize, Serialize};
 
 /// Doublings from the softest wall to the stiffest: 3e-4 of it.
@@ -124,8 +124,8 @@ impl Settled {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::question::zwidth::trials::TRIPS_IN_A_ROW;
+    use crate::zwidth::rig::TRIPS_IN_A_ROW;
+    use crate::zwidth::upward::*;
     use std::cell::Cell;
 
     const MOST: f64 = 5.0;

@@ -1,28 +1,24 @@
 //! The search for the stiffest wall, of all orders and dissipations on all cores.
 
-use super::campaign::{Campaign, Cell, Extent, Line};
-use super::trials::Trials;
-use super::upward::{Settled, upward};
-use super::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
+use crate::bench::{AskedDevice, crossings, largest_scales, last, units};
+use crate::zwidth::campaign::{Campaign, Cell, Extent, Line, Open};
+use crate::zwidth::rig::{Rig, WallThere};
+use crate::zwidth::upward::{Settled, upward};
+use crate::zwidth::{BoundaryPoint, OrderBoundary, Scales, ZWidth, ZWidthReport};
 use fracdiff::{Differintegrator as _, Operator, Order};
 use haptic_analysis::{LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea};
-use haptic_document::Warn;
 use haptic_document::{Failure, Named as _};
 use haptic_judge::modelled_tissue::{loop_operator, operator};
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::position_law::PositionLaw;
-use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::{Criterion, TrialVerdict};
-use haptic_judge::trial::{TrialPlan, force_and_rate, force_limit, thrown, try_out, wall_at_start};
+use haptic_judge::trial::{TrialPlan, force_limit, thrown, try_out, wall_at_start};
 use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::{Newtons, Seconds};
-use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain, SafetyLimits};
-use haptic_question::bench::{AskedDevice, crossings, largest_scales, last, units};
-use haptic_run::remote::{RemoteDevice, RemoteLaw, device_name, held, portable};
+use haptic_loop::{Controller, OwnPush, Pushing, SafetyChain};
 use haptic_trial::Sensors;
 use haptic_trial::device_table::{dynamics, encoder_step};
 use rayon::prelude::*;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Bisections after the coarse search: 2e-4 of the value found, or better.
@@ -50,34 +46,23 @@ const PIECES: u32 = 16;
 const HORIZON: f64 = 20e6;
 
 impl ZWidth {
-    /// Runs the experiment; `progress` hears of each cell that is done, `stop` ends it with those, and `warn` hears what a
-    /// user should know before the end.
-    pub(crate) fn run(
+    /// Runs the search, on a device at a port or on the simulated one; `progress` hears of each cell that is done, `stop` ends it with those.
+    ///
+    /// # Errors
+    /// Parameters of which no trial can be made; a device that failed before anything was found; a campaign that cannot be kept.
+    pub fn searched(
         &self,
-        progress: &(dyn Fn(u64) + Sync),
-        stop: &Arc<AtomicBool>,
-        warn: Warn<'_>,
-    ) -> Result<ZWidthReport, Failure> {
-        self.check()?;
-        let trials = (self.remote.as_ref())
-            .map(|remote| Trials::new(remote, self.retreat(), warn, stop))
-            .transpose()?;
-        self.searched(trials, progress, stop)
-    }
-
-    pub(super) fn searched(
-        &self,
-        trials: Option<Trials<'_>>,
+        rig: Option<&dyn Rig>,
+        open: Open<'_>,
         progress: &(dyn Fn(u64) + Sync),
         stop: &AtomicBool,
     ) -> Result<ZWidthReport, Failure> {
-        let searches =
-            (0..self.orders.len()).map(|index| Search::new(self, index, trials.as_ref(), stop));
+        let searches = (0..self.orders.len()).map(|index| Search::new(self, index, rig, stop));
         let mut searches = searches.collect::<Result<Vec<_>, _>>()?;
         // A search that is refused makes no file.
-        let whose = trials.as_ref().map_or("", |trials| &trials.whose);
-        let open = |path| Campaign::open(path, &self.in_full(whose));
-        let campaign = self.campaign.as_deref().map(open).transpose()?;
+        let whose = rig.map_or("", Rig::whose);
+        let opened = |path| open(path, &self.in_full(whose));
+        let campaign = self.campaign.as_deref().map(opened).transpose()?;
         for search in &mut searches {
             search.campaign = campaign.as_ref();
         }
@@ -92,8 +77,8 @@ impl ZWidth {
             .sum();
         drop(searches);
         let found = orders.iter().any(|order| !order.boundary.is_empty());
-        let rise_time_s = (trials.as_ref()).and_then(|trials| trials.rise_time_s(RISE_TIME.0));
-        let failed = trials.map(|trials| trials.ended(found, stop)).transpose()?;
+        let rise_time_s = rig.and_then(|rig| rig.rise_time_s(RISE_TIME.0));
+        let failed = rig.map(|rig| rig.ended(found, stop)).transpose()?;
         let stopped = || stop.load(Ordering::Relaxed).then(Failure::interrupted);
         let unkept = campaign.and_then(|campaign| campaign.failure().take());
         let ended_early = failed.flatten().or(unkept).or_else(stopped);
@@ -111,8 +96,9 @@ impl ZWidth {
             // A controller is no point among walls.
             orders: self.controller().map_or(orders, |_| Vec::new()),
             scheme: self.scheme.to_string(),
-            device: device_name(self.remote.as_ref()),
-            calibration: self.remote.as_ref().map(RemoteDevice::calibration_in_words),
+            device: (self.at_port.as_ref())
+                .map_or_else(|| "sim".to_owned(), |at_port| at_port.name.clone()),
+            calibration: (self.at_port.as_ref()).map(|at_port| at_port.calibration.clone()),
             asked: AskedDevice::of(config),
             delta,
             criterion: plan.criterion,
@@ -128,41 +114,33 @@ impl ZWidth {
 
     /// Orders or dissipations that one core takes at least: all of them where there is a device, which tries one wall after another.
     fn at_once(&self) -> usize {
-        self.remote.as_ref().map_or(1, |_| usize::MAX)
+        self.at_port.as_ref().map_or(1, |_| usize::MAX)
     }
 
-    /// A wall for the serial device that lacks only stiffness and dissipation.
-    fn law_there(
+    /// A wall for the device at a port that lacks only stiffness and dissipation.
+    fn wall_there(
         &self,
         order: Order,
         horizon: f64,
         plan: &TrialPlan,
-    ) -> Result<RemoteLaw, Failure> {
-        let (config, t) = (&self.device, self.device.sample_time);
-        let operator = operator(self.model(), self.scheme, order, t, horizon)?;
-        let limits = SafetyLimits {
+    ) -> Result<WallThere, Failure> {
+        let (device, t) = (self.device, self.device.sample_time);
+        Ok(WallThere {
+            device,
+            plan: *plan,
+            contact: self.contact,
+            order,
+            operator: operator(self.model(), self.scheme, order, t, horizon)?,
             // Short beside every trial: its taps do not wait for it. The limit of the device is the tighter one.
             rise_time: plan.own_push_n().map(|_| RISE_TIME),
-            ..force_and_rate(plan.force_limit_n, None, t)
-        };
-        Ok(RemoteLaw {
-            order: order.get(),
-            one_sided: self.contact == WallContact::OneSided,
-            operator: portable(&operator)?,
-            held_push_n: plan.push_n,
-            push: plan.push_of_motor(),
-            ..RemoteLaw::bare(limits, held(config, plan.push_of_hand_n()))
+            stiffness_n_per_m: 0.0,
+            dissipation_n_s_mu_per_m: 0.0,
+            tap: None,
         })
     }
 
     /// The largest α of the simulated device with this β, of an order by its number.
-    pub(super) fn simulated(
-        &self,
-        index: usize,
-        beta: f64,
-        cell: u64,
-        stop: &AtomicBool,
-    ) -> Option<f64> {
+    pub fn simulated(&self, index: usize, beta: f64, cell: u64, stop: &AtomicBool) -> Option<f64> {
         let search = Search::new(self, index, None, stop).ok()?;
         Some(search.cell(beta, None, cell)?.stable)
     }
@@ -267,7 +245,7 @@ struct Search<'a> {
     /// Seed of this order's cells.
     seed: u64,
     /// The serial device, and a wall for it that lacks as much.
-    remote: Option<(RemoteLaw, &'a Trials<'a>)>,
+    remote: Option<(WallThere, &'a dyn Rig)>,
     /// Ranges and points found before, and the place for more.
     campaign: Option<&'a Campaign>,
     /// Number of the order in the question.
@@ -280,7 +258,7 @@ impl<'a> Search<'a> {
     fn new(
         experiment: &'a ZWidth,
         index: usize,
-        trials: Option<&'a Trials<'a>>,
+        rig: Option<&'a dyn Rig>,
         stop: &'a AtomicBool,
     ) -> Result<Self, Failure> {
         let (config, order) = (experiment.device, experiment.orders[index]);
@@ -289,8 +267,8 @@ impl<'a> Search<'a> {
         let samples = plan.samples(t)?;
         let (scheme, horizon) = (experiment.scheme, haptic_trial::samples::horizon(samples));
         let mut encoder_step_m = encoder_step(experiment.sensors);
-        if let Some(trials) = trials {
-            let (step_m, most_n) = trials.encoder_and_force();
+        if let Some(rig) = rig {
+            let (step_m, most_n) = rig.encoder_and_force();
             encoder_step_m = step_m;
             plan.force_limit_n = plan.force_limit_n.min(most_n);
         }
@@ -301,12 +279,15 @@ impl<'a> Search<'a> {
             friction: Newtons(0.0),
             ..config
         };
-        let remote = trials.map(|trials| {
-            let law = experiment.law_there(order, horizon, &plan)?;
+        let remote = rig.map(|rig| {
+            let wall = experiment.wall_there(order, horizon, &plan)?;
             let tap = plan.tapped(&config, [1.0, 0.0], order, experiment.contact);
-            let tapped = RemoteLaw { tap, ..law.clone() };
-            trials.accepts(&tapped, samples, t)?;
-            Ok::<_, Failure>((law, trials))
+            let tapped = WallThere {
+                tap,
+                ..wall.clone()
+            };
+            rig.accepts(&tapped, samples)?;
+            Ok::<_, Failure>((wall, rig))
         });
         let asked = config.friction.0 > 0.0 && plan.criterion == Criterion::Settling;
         let smooth = asked.then(|| thrown(smooth, &plan));
@@ -483,7 +464,7 @@ impl<'a> Search<'a> {
                 encoder_resolution_m: encoder_step_m,
                 ..Sensors::NONE
             },
-            remote: None,
+            at_port: None,
             campaign: None,
             ..asked.clone()
         };
@@ -497,7 +478,7 @@ impl<'a> Search<'a> {
 
     /// True if nothing more is tried: it was stopped, or its device failed.
     fn is_over(&self) -> bool {
-        let failed = |(_, trials): &(_, &Trials<'_>)| trials.has_failed();
+        let failed = |(_, rig): &(_, &dyn Rig)| rig.has_failed();
         let unkept = |campaign: &&Campaign| campaign.failure().is_some();
         self.stop.load(Ordering::Relaxed)
             || self.remote.as_ref().is_some_and(failed)
@@ -625,14 +606,14 @@ impl<'a> Search<'a> {
         let Some(judge) = judge else {
             return WRONG;
         };
-        if let Some((law, trials)) = &self.remote {
-            let law = RemoteLaw {
+        if let Some((wall, rig)) = &self.remote {
+            let wall = WallThere {
                 stiffness_n_per_m: stiffness,
                 dissipation_n_s_mu_per_m: dissipation,
                 tap: tapped,
-                ..law.clone()
+                ..wall.clone()
             };
-            let settling = trials.judged(&law, self.samples, t, judge);
+            let settling = rig.judged(&wall, self.samples, judge);
             return settling.map_or(WRONG, |settling| settling.verdict);
         }
         let sensors = Sensors {
@@ -756,10 +737,20 @@ impl Theory {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::bench::BENCH;
+    use crate::one_table::read;
+    use crate::zwidth::ZWIDTH;
+    use crate::zwidth::search::*;
     use fracdiff::{Scheme, Seconds};
+    use haptic_judge::preflight::WallContact;
     use haptic_judge::trial::TrialPlan;
+    use std::path::Path;
+    use std::sync::Arc;
     use testkit::device::dissertation;
+
+    fn no_file(path: &Path, _: &str) -> Result<Campaign, Failure> {
+        panic!("a campaign at {}", path.display());
+    }
 
     #[test]
     fn an_interrupted_search_keeps_the_points_that_were_done() {
@@ -776,16 +767,20 @@ mod tests {
                 duration_s: 2.0,
                 ..TrialPlan::DEFAULT
             },
-            remote: None,
+            at_port: None,
             campaign: None,
         };
         let never = Arc::<AtomicBool>::default();
-        let whole = experiment.run(&|_| {}, &never, &|_| {}).expect("runs");
+        let whole = experiment
+            .searched(None, &no_file, &|_| {}, &never)
+            .expect("runs");
         assert!(whole.ended_early.is_none());
         assert_eq!(whole.orders[0].boundary.len(), 5);
         let stop = Arc::<AtomicBool>::default();
         let first = |_| stop.store(true, Ordering::Relaxed);
-        let cut = experiment.run(&first, &stop, &|_| {}).expect("runs");
+        let cut = experiment
+            .searched(None, &no_file, &first, &stop)
+            .expect("runs");
         let why = cut.ended_early.expect("a reason");
         assert!(matches!(why, Failure::Run(_)), "{why}");
         assert_eq!(why.to_string(), "interrupted");
@@ -799,14 +794,11 @@ mod tests {
 
     /// Largest stable K, N/m, at the second of two dissipations: 40 % of the largest.
     fn largest_stable(keys: &str) -> Vec<f64> {
-        use crate::question::{Answer, Question};
         let text = format!("[zwidth]\nsample_time_s = 2e-3\norders = [1.0]\npoints = 2\n{keys}");
-        let question = Question::parse(std::path::Path::new("z.toml"), &text).expect("valid");
-        let never = Arc::<AtomicBool>::default();
-        let answer = question.answer(&|_| {}, &never, &|_| {}).expect("answers");
-        let Answer::ZWidth(report) = answer else {
-            panic!("{answer:?}");
-        };
+        let tables = [("Z-width", ZWIDTH), ("bench", BENCH)];
+        let zwidth = read(&text, ("zwidth", &tables), |table| ZWidth::of(table, None));
+        let report = zwidth.searched(None, &no_file, &|_| {}, &AtomicBool::default());
+        let report = report.expect("answers");
         let points = report.orders[0].boundary.iter();
         points.map(|point| point.stiffness_max).collect()
     }
