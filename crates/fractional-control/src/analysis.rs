@@ -115,7 +115,10 @@ pub fn analyse(setup: &ControllerSetup, plant: &Plant) -> Result<LoopAnalysis, C
 }
 
 /// Analyses a loop that is judged already.
-pub(crate) fn analysed(
+///
+/// # Errors
+/// As [`analyse`].
+pub fn analysed(
     setup: &ControllerSetup,
     plant: &Plant,
     judged: &Judged,

@@ -8,6 +8,7 @@ use crate::records::MODES;
 use crate::sampled::entries;
 use crate::{ControlError, FractionalTransferFunction, PowerMemory, SetPoint, Term};
 use crate::{CroneParameters, LeadLagParameters, PidParameters, TidParameters};
+use certified_count::count;
 use core::fmt;
 use fracdiff::full_memory::Design;
 use fracdiff::{Order, Seconds};
@@ -233,4 +234,20 @@ pub(crate) fn transfer_fraction(
         }
     }
     Ok(Fraction::new(above, below))
+}
+
+impl FractionalTransferFunction {
+    /// Poles that grow of the rule that runs this function; `None` where one stands, or nothing is proved.
+    ///
+    /// # Errors
+    /// As [`SampledTransferFunction::new`](crate::SampledTransferFunction::new).
+    pub fn growing_poles_of_rule(
+        &self,
+        memory: PowerMemory,
+        sample_time: Seconds,
+    ) -> Result<Option<usize>, ControlError> {
+        let below = transfer_fraction(self, memory, sample_time)?.below;
+        let below = below.without_differences();
+        Ok(count(|arc| below.at(arc)).unstable_poles)
+    }
 }

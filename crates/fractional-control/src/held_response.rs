@@ -55,7 +55,7 @@ impl HeldResponse {
             direct,
             delay: plant.delay_s() / sample_time_s,
             function: **function,
-            above: without(function, direct)?,
+            above: function.numerator_without(direct)?,
             one_by_one: counts.take_while(|k| *k <= ONE_BY_ONE).find(led),
             sample_time_s,
             aliases: Shared::default(),
@@ -229,20 +229,20 @@ impl Bounds {
     }
 }
 
-/// The numerator of G − D over its denominator: what G passes on at once, D, leaves no highest power.
-pub(crate) fn without(
-    function: &FractionalTransferFunction,
-    direct: f64,
-) -> Option<FractionalPolynomial> {
-    let below = function.denominator();
-    let passed = below.terms().iter();
-    let passed = passed.map(|term| Term::new(-direct * term.coefficient, term.order));
-    let terms = function.numerator().terms().iter().copied().chain(passed);
-    let mut left = FractionalPolynomial::ZERO;
-    for term in terms.filter(|term| term.order < below.degree() && term.coefficient != 0.0) {
-        left.add(term).ok()?;
+impl FractionalTransferFunction {
+    /// The numerator of G − D over its denominator: what G passes on at once, D, leaves no highest power. `None` with too many terms.
+    #[must_use]
+    pub fn numerator_without(&self, direct: f64) -> Option<FractionalPolynomial> {
+        let below = self.denominator();
+        let passed = below.terms().iter();
+        let passed = passed.map(|term| Term::new(-direct * term.coefficient, term.order));
+        let terms = self.numerator().terms().iter().copied().chain(passed);
+        let mut left = FractionalPolynomial::ZERO;
+        for term in terms.filter(|term| term.order < below.degree() && term.coefficient != 0.0) {
+            left.add(term).ok()?;
+        }
+        Some(left)
     }
-    Some(left)
 }
 
 /// Places in a piece of the sum over the aliases, and times it is halved at most.

@@ -65,20 +65,22 @@ pub mod tuning;
 #[cfg(feature = "std")]
 mod verdict;
 #[cfg(feature = "std")]
+pub mod whole_orders;
+#[cfg(feature = "std")]
 mod wide;
 
 pub use controller::{
     AVERAGED, Actuator, Controller, DEAD_ZONE, MISSED_MOST, Mode, RANGE_MOST, Station,
 };
 pub use error::ControlError;
-pub use memory::{PowerMemory, Rule};
+pub use memory::{Integral, PowerMemory, Rule};
 pub use notation::factor_after_division;
 pub use parallel::{FractionalPid, ParallelHistory};
 pub use pid::{PidParameters, SetPoint, TidParameters};
 pub use portable::{
     CONTROLLER_PARTS, PortableController, PortableControllerHistory, PortableForm, PortablePart,
 };
-pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
+pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction, fractions};
 pub use shaped::{
     CroneParameters, FunctionController, LeadController, LeadLagParameters, OnError, OnErrorHistory,
 };
@@ -99,13 +101,13 @@ pub use {
     margins::{Crossing, Margins},
     plant::Plant,
     poles::Commensurate,
-    records::{MODES, impulse_response, respond, step_response},
+    records::{MODES, impulse_response, respond, step_response, through},
     sampled_plant::{HeldPlant, PlantState},
     setup::{ControllerSetup, Feedback, UseController, rule_of_scheme},
     simulate::{Response, StepShape, simulate},
     state_space::StateSpace,
     sum::SumOfParts,
-    verdict::SampledControlLoop,
+    verdict::{Judged, SampledControlLoop},
 };
 
 /// The crate of operators, whose types this crate's interface has.

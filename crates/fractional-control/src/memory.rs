@@ -107,7 +107,10 @@ impl PowerMemory {
     }
 
     /// I^ν, 0 ≤ ν < 1; also for ν = 0 the sample time is checked.
-    pub(crate) fn integral<F: Real, const MODES: usize>(
+    ///
+    /// # Errors
+    /// A tolerance or horizon that no memory of MODES modes reaches; a sample time outside 1e-9 s to 1e6 s.
+    pub fn integral<F: Real, const MODES: usize>(
         &self,
         fraction: f64,
         sample_time: Seconds,
@@ -137,8 +140,8 @@ pub(crate) const SUMS_MAX: usize = 4;
 /// Outputs of a chain: the memory's own, and those of the sums.
 pub(crate) const LEVELS: usize = SUMS_MAX + 1;
 
-/// I^ν of the rule, 0 ≤ ν < 1.
-pub(crate) type Integral<F, const MODES: usize> = FullMemory<F, TAPS, MODES>;
+/// I^ν of a rule, 0 ≤ ν < 1.
+pub type Integral<F, const MODES: usize> = FullMemory<F, TAPS, MODES>;
 
 /// I^ν, I^(ν+1), … of one signal, 0 ≤ ν < 1: one memory, and whole sums behind it.
 /// ```text

@@ -10,6 +10,7 @@
 //!   A; a table of e^(A·2^jδ) once. *Source*: C. Moler, C. Van Loan, *Nineteen dubious ways to compute the exponential of a matrix, twenty-five
 //!   years later*, SIAM Review 45(1), 2003, method 3.
 
+use crate::state_space::begun;
 use crate::{ControlError, StateSpace};
 use nalgebra::{DMatrix, DVector};
 use std::vec::Vec;
@@ -71,43 +72,47 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Shows each state at these times, from these first ones on, from rest without any; the input is held, or runs in straight lines, and acts so
-/// much later.
-pub(crate) fn run(
-    plant: &StateSpace,
-    time_s: &[f64],
-    input: &[f64],
-    late_s: f64,
-    held: bool,
-    first: &[f64],
-    seen: &mut dyn FnMut(usize, &[f64]),
-) -> Result<(), ControlError> {
-    if !held {
-        // The slope of the input feeds the input.
-        let pairs = time_s.windows(2).zip(input.windows(2));
-        let mut slopes: Vec<f64> = pairs.map(|(t, u)| (u[1] - u[0]) / (t[1] - t[0])).collect();
-        slopes.push(0.0);
-        let mut begin = first.to_vec();
-        begin.resize(plant.a.nrows(), 0.0);
-        begin.extend(input.first());
-        let fed = plant.fed_by(0.0, 1.0)?;
-        return run(&fed, time_s, &slopes, late_s, true, &begin, seen);
-    }
-    let steps = time_s.windows(2).map(|pair| pair[1] - pair[0]);
-    let mut steps = Steps::new(plant, steps.fold(f64::MIN_POSITIVE, f64::max));
-    let mut x = DVector::zeros(plant.a.nrows());
-    x.rows_mut(0, first.len()).copy_from_slice(first);
-    let mut now = time_s.first().copied().unwrap_or(0.0);
-    let mut u = 0.0;
-    let mut switches = time_s.iter().map(|t| t + late_s).zip(input).peekable();
-    for (n, t) in time_s.iter().enumerate() {
-        while let Some((at, next)) = switches.next_if(|(at, _)| at < t) {
-            steps.advance(&mut x, u, at - now);
-            (now, u) = (at, *next);
+impl StateSpace {
+    /// Shows each state at these times, from these first ones on, from rest without any; the input is held, or runs in straight lines, and acts so
+    /// much later.
+    ///
+    /// # Errors
+    /// More states than a plant may have, with the one that a straight line adds.
+    pub fn run_at(
+        &self,
+        time_s: &[f64],
+        input: &[f64],
+        late_s: f64,
+        held: bool,
+        first: &[f64],
+        seen: &mut dyn FnMut(usize, &[f64]),
+    ) -> Result<(), ControlError> {
+        if !held {
+            // The slope of the input feeds the input.
+            let pairs = time_s.windows(2).zip(input.windows(2));
+            let mut slopes: Vec<f64> = pairs.map(|(t, u)| (u[1] - u[0]) / (t[1] - t[0])).collect();
+            slopes.push(0.0);
+            let mut begin = first.to_vec();
+            begin.resize(self.a.nrows(), 0.0);
+            begin.extend(input.first());
+            let fed = self.fed_by(0.0, 1.0)?;
+            return fed.run_at(time_s, &slopes, late_s, true, &begin, seen);
         }
-        steps.advance(&mut x, u, t - now);
-        now = *t;
-        seen(n, x.as_slice());
+        let steps = time_s.windows(2).map(|pair| pair[1] - pair[0]);
+        let mut steps = Steps::new(self, steps.fold(f64::MIN_POSITIVE, f64::max));
+        let mut x = begun(DVector::zeros(self.a.nrows()), first);
+        let mut now = time_s.first().copied().unwrap_or(0.0);
+        let mut u = 0.0;
+        let mut switches = time_s.iter().map(|t| t + late_s).zip(input).peekable();
+        for (n, t) in time_s.iter().enumerate() {
+            while let Some((at, next)) = switches.next_if(|(at, _)| at < t) {
+                steps.advance(&mut x, u, at - now);
+                (now, u) = (at, *next);
+            }
+            steps.advance(&mut x, u, t - now);
+            now = *t;
+            seen(n, x.as_slice());
+        }
+        Ok(())
     }
-    Ok(())
 }

@@ -157,7 +157,8 @@ impl Plant {
     }
 
     /// d ln G/d ln ω at ω, by a central difference.
-    pub(crate) fn slope(&self, omega: f64) -> Option<Complex<f64>> {
+    #[must_use]
+    pub fn slope(&self, omega: f64) -> Option<Complex<f64>> {
         // Of a measured response across a kink between two straight lines.
         let h = if self.is_measured() { 1e-2 } else { 1e-5 };
         let above = self.response(omega * libm::exp(h))?;
@@ -178,7 +179,8 @@ impl Plant {
     /// The sign that the integral part of its controller must have: that of b/a, b the coefficient of its numerator that acts at low
     /// frequency and a that of its denominator that acts at high frequency. Of a plant with an odd number of unstable poles it is not
     /// that of the gain at low frequency.
-    pub(crate) fn sign(&self) -> f64 {
+    #[must_use]
+    pub fn sign(&self) -> f64 {
         if let Model::Transfer(function) = &self.model
             && let Some(above) = function.numerator().terms().last()
             && let Some(below) = function.denominator().terms().first()
@@ -196,13 +198,15 @@ impl Plant {
 
     /// The phase of sign·G for ω → 0, rad: ω^n turns by nπ/2, and a pole that grows begins with half a turn of lag. `low` is a frequency
     /// at which the slope is that at rest.
-    pub(crate) fn phase_at_rest(&self, low: f64) -> f64 {
+    #[must_use]
+    pub fn phase_at_rest(&self, low: f64) -> f64 {
         let order = self.slope(low).unwrap_or_default().re;
         core::f64::consts::PI * (0.5 * order - self.unstable_poles() as f64)
     }
 
     /// The degree of the denominator; 0 of a measured response, which is taken for one without poles that grow.
-    pub(crate) fn degree(&self) -> f64 {
+    #[must_use]
+    pub fn degree(&self) -> f64 {
         match &self.model {
             Model::Transfer(function) => function.denominator().degree(),
             Model::StateSpace(states) => states.poles().len() as f64,
@@ -211,7 +215,8 @@ impl Plant {
     }
 
     /// ln of the size of the denominator at jω, and its direction, with a positive coefficient of the highest power.
-    pub(crate) fn denominator(&self, omega: f64) -> (f64, Complex<f64>) {
+    #[must_use]
+    pub fn denominator(&self, omega: f64) -> (f64, Complex<f64>) {
         let (scale, value) = match &self.model {
             Model::Transfer(function) => {
                 let (axis, x) = (OnAxis(function.denominator()), libm::log(omega));
@@ -232,7 +237,8 @@ impl Plant {
     }
 
     /// The angle by which the denominator turns from this frequency on, rad.
-    pub(crate) fn denominator_turn_from(&self, omega: f64) -> f64 {
+    #[must_use]
+    pub fn denominator_turn_from(&self, omega: f64) -> f64 {
         match &self.model {
             Model::Transfer(function) => OnAxis(function.denominator()).turn_from(omega),
             Model::StateSpace(states) => {
@@ -262,7 +268,7 @@ impl Plant {
 
     /// The order of the factor s^a that it has at rest, below 0 where it adds up; 0 of a plant that is no transfer function.
     #[must_use]
-    pub(crate) fn order_at_rest(&self) -> f64 {
+    pub fn order_at_rest(&self) -> f64 {
         self.function().map_or(0.0, |function| {
             function.numerator().lowest() - function.denominator().lowest()
         })

@@ -70,14 +70,15 @@ fn run(
     sample_time: Seconds,
     input: impl Iterator<Item = f64>,
 ) -> Result<Vec<f64>, ControlError> {
-    let running = Running::new(function, memory, sample_time)?;
+    let running = SampledTransferFunction::new(function, memory, sample_time)?;
     Ok(through(&running, input))
 }
 
-/// A function that runs offline.
-pub(crate) type Running = SampledTransferFunction<f64, MODES>;
-
-pub(crate) fn through(running: &Running, input: impl Iterator<Item = f64>) -> Vec<f64> {
+/// The response of a function that is sampled already, from rest.
+pub fn through(
+    running: &SampledTransferFunction<f64, MODES>,
+    input: impl Iterator<Item = f64>,
+) -> Vec<f64> {
     let mut history = running.at_rest();
     input.map(|u| running.step(&mut history, u)).collect()
 }

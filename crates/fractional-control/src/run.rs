@@ -100,7 +100,8 @@ pub fn run(
 }
 
 /// Share of the samples with the command at a limit.
-pub(crate) fn limited_share(setup: &ControllerSetup, run: &Response) -> f64 {
+#[must_use]
+pub fn limited_share(setup: &ControllerSetup, run: &Response) -> f64 {
     let at = |limit: Option<f64>, u: f64| limit.is_some_and(|limit| (u - limit).abs() == 0.0);
     let limited = |u: &&f64| at(setup.output_low, **u) || at(setup.output_high, **u);
     let count = run.command.iter().filter(limited).count();

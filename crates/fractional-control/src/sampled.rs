@@ -121,6 +121,12 @@ pub(crate) fn entries(
     Ok((all, count))
 }
 
+/// The fractions ν of the memories I^ν that a function runs with, one for each order; none of a function with too many of them.
+pub fn fractions(function: &FractionalTransferFunction) -> impl Iterator<Item = f64> + use<> {
+    let (entries, count) = entries(function).unwrap_or_default();
+    entries.into_iter().take(count).map(|entry| entry.fraction)
+}
+
 /// Whole part and fraction of a distance of orders; next to a whole number it is that.
 fn split(distance: f64) -> (usize, f64) {
     let nearest = libm::round(distance);
@@ -146,8 +152,11 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
         Self::of_integrals(function, memory, sample_time, integral)
     }
 
-    /// Function from memories that the caller makes, or has.
-    pub(crate) fn of_integrals(
+    /// Function from memories that the caller makes, or has: of each of [`fractions`], by [`PowerMemory::integral`].
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and those of `integral`.
+    pub fn of_integrals(
         function: &FractionalTransferFunction,
         memory: PowerMemory,
         sample_time: Seconds,

@@ -18,12 +18,17 @@ use std::vec;
 const PLANT: &str = "gain of the plant over a sample";
 pub(crate) const DELAY_MAX: f64 = 10_000.0;
 
-/// The dead time of a plant, if it is not too long.
-pub(crate) fn delay_samples(plant: &Plant, sample_time: Seconds) -> Result<f64, ControlError> {
-    let samples = plant.delay_s / sample_time.0;
-    let inside = samples <= DELAY_MAX;
-    range("dead time", samples, inside, "at most 10000 {}", "samples")?;
-    Ok(samples)
+impl Plant {
+    /// The dead time in samples, if it is not too long.
+    ///
+    /// # Errors
+    /// More than 10 000 samples.
+    pub fn delay_samples(&self, sample_time: Seconds) -> Result<f64, ControlError> {
+        let samples = self.delay_s / sample_time.0;
+        let inside = samples <= DELAY_MAX;
+        range("dead time", samples, inside, "at most 10000 {}", "samples")?;
+        Ok(samples)
+    }
 }
 
 /// Tolerance of the usual memory, and the samples for which it holds.
@@ -94,7 +99,7 @@ impl HeldPlant {
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         sample_time.rate_to_the(fracdiff::Order::new(0.0)?)?;
-        let samples = delay_samples(plant, sample_time)?;
+        let samples = plant.delay_samples(sample_time)?;
         let nearest = libm::round(samples);
         let samples = if (samples - nearest).abs() < 1e-9 {
             nearest

@@ -42,7 +42,8 @@ impl StateSpace {
 
     /// The matrices of a function whose orders are whole and at most 16, and its direct gain, not 0 for equal degrees:
     /// `None` for any other. A gain alone has no states.
-    pub(crate) fn of_function(function: &FractionalTransferFunction) -> Option<(Self, f64)> {
+    #[must_use]
+    pub fn of_function(function: &FractionalTransferFunction) -> Option<(Self, f64)> {
         let (above, below) = (function.numerator(), function.denominator());
         let degree = below.degree();
         if !function.is_whole() || above.degree() > degree || degree > STATES_MAX {
@@ -74,6 +75,22 @@ impl StateSpace {
         Some((Self { a, b, c }, direct))
     }
 
+    /// C, by which the states make the output.
+    #[must_use]
+    pub const fn output(&self) -> &RowDVector<f64> {
+        &self.c
+    }
+
+    /// The states of Aᵀ without an input: from C on they are C·e^(At), the free motion from each state at once.
+    #[must_use]
+    pub fn transposed(&self) -> Self {
+        Self {
+            a: self.a.transpose(),
+            b: DVector::zeros(self.c.len()),
+            c: self.c.clone(),
+        }
+    }
+
     /// Puts the plant behind an actuator, τ·ḟ = u − f, which applies f instead of u. A lag of 0
     /// means no lag.
     ///
@@ -103,7 +120,10 @@ impl StateSpace {
 
     /// Shows each state from these first ones on, from rest without any, for an input that is held from its sample to the next, or runs in a straight line, and acts by
     /// `fraction` of a sample later: exactly, for the switch inside a sample parts the integral.
-    pub(crate) fn run(
+    ///
+    /// # Errors
+    /// A pole that is faster than 30 time constants a sample.
+    pub fn run(
         &self,
         sample_time: f64,
         input: &[f64],
@@ -112,10 +132,7 @@ impl StateSpace {
         first: &[f64],
         seen: &mut dyn FnMut(usize, &[f64]),
     ) -> Result<(), ControlError> {
-        let from = |mut begin: DVector<f64>| {
-            begin.rows_mut(0, first.len()).copy_from_slice(first);
-            begin
-        };
+        let from = |begin: DVector<f64>| begun(begin, first);
         if held {
             let sampled = self.sampled(sample_time, fraction)?;
             let begin = from(sampled.at_rest());
@@ -284,6 +301,15 @@ impl StateSpace {
         let finite = b.iter().chain(c.iter()).all(|value| value.is_finite());
         finite.then_some(Self { a, b, c })
     }
+}
+
+/// States of which the first ones are these.
+pub(crate) fn begun(mut states: DVector<f64>, first: &[f64]) -> DVector<f64> {
+    states
+        .iter_mut()
+        .zip(first)
+        .for_each(|(x, first)| *x = *first);
+    states
 }
 
 /// x\[n+1\] = Φx\[n\] + Γ₀u\[n\] + Γ₁u\[n−1\], y = Cx.

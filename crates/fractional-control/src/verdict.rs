@@ -55,7 +55,8 @@ pub struct SampledControlLoop {
 
 /// A loop with its verdict, which is found once.
 #[derive(Clone, Debug)]
-pub(crate) struct Judged {
+#[non_exhaustive]
+pub struct Judged {
     /// The loop as it runs, of a rule where that replaces the plant.
     pub(crate) closed: SampledControlLoop,
     /// The loop of the plant, behind its hold in place of a rule.
@@ -67,7 +68,8 @@ pub(crate) struct Judged {
 
 impl Judged {
     /// The loop that the verdict is on.
-    pub(crate) fn sampled_loop(&self) -> &SampledControlLoop {
+    #[must_use]
+    pub fn sampled_loop(&self) -> &SampledControlLoop {
         if self.is_plants {
             &self.of_plant
         } else {
@@ -170,7 +172,8 @@ impl SampledControlLoop {
     }
 
     /// Judges the plant behind its hold if that is proved, else the rule that replaces it.
-    pub(crate) fn judged(self) -> Judged {
+    #[must_use]
+    pub fn judged(self) -> Judged {
         let of_plant = self.of_plant().unwrap_or_else(|| self.clone());
         let verdict = of_plant.verdict();
         let is_plants = !of_plant.is_held || verdict.unstable_poles.is_some();

@@ -5,13 +5,11 @@ use super::record::{
     DeadTime, Free, FreeNumber, InputOutputRecord, StartState, UNFIT, answers_at_once,
 };
 use super::whole::projected;
-use crate::curves::transfer_fraction;
-use crate::held_response::without;
-use crate::memory::Integral;
-use crate::records::{MODES, Running, largest, through};
-use crate::sampled::entries;
-use crate::{ControlError, FractionalTransferFunction, PowerMemory, StateSpace, Term, own_times};
-use certified_count::count;
+use crate::records::{MODES, largest, through};
+use crate::{
+    ControlError, FractionalTransferFunction, Integral, PowerMemory, SampledTransferFunction,
+    StateSpace, Term, fractions,
+};
 use fracdiff::Seconds;
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
@@ -161,12 +159,13 @@ fn moved(
     record: &InputOutputRecord<'_>,
     late: f64,
 ) -> Result<Vec<f64>, ControlError> {
-    if states.c.is_empty() {
+    let c = states.output();
+    if c.is_empty() {
         return Ok(vec![0.0; record.input.len()]);
     }
     let mut outputs = Vec::with_capacity(record.input.len());
     let mut seen = |_: usize, x: &[f64]| {
-        outputs.push(states.c.iter().zip(x).map(|(c, x)| c * x).sum());
+        outputs.push(c.iter().zip(x).map(|(c, x)| c * x).sum());
     };
     shown(states, record, late, &[], &mut seen)?;
     Ok(outputs)
@@ -186,7 +185,7 @@ fn shown(
         return states.run(t, &input, part, held, first, seen);
     }
     let (time_s, input) = (record.time_s, record.input);
-    own_times::run(states, time_s, input, late * t, held, first, seen)
+    states.run_at(time_s, input, late * t, held, first, seen)
 }
 
 /// A residual where there is no model, in units of the largest output.
@@ -291,25 +290,21 @@ impl<'a> Fit<'a> {
         let Some((states, _)) = StateSpace::of_function(function) else {
             return Ok(vec![]);
         };
-        let (count, samples) = (states.c.len(), self.record.input.len());
+        let c = states.output();
+        let (count, samples) = (c.len(), self.record.input.len());
         let (zeros, ones) = (vec![0.0; samples], vec![1.0; samples]);
         let with = |input| InputOutputRecord {
             input,
             ..self.record
         };
-        // C·e^(At) of each state at once: the states of Aᵀ, from C on.
-        let turned = StateSpace {
-            a: states.a.transpose(),
-            b: DVector::zeros(count),
-            c: states.c.clone(),
-        };
+        let turned = states.transposed();
         let mut motions = vec![Vec::with_capacity(samples); count];
         if count > 0 {
             let mut seen = |_: usize, x: &[f64]| {
                 let pairs = motions.iter_mut().zip(x);
                 pairs.for_each(|(motion, x)| motion.push(*x));
             };
-            shown(&turned, &with(&zeros), 0.0, states.c.as_slice(), &mut seen)?;
+            shown(&turned, &with(&zeros), 0.0, c.as_slice(), &mut seen)?;
         }
         if late >= 1.0 {
             let at_once = self.responded(function, &with(&ones), 0.0)?;
@@ -342,7 +337,9 @@ impl<'a> Fit<'a> {
             let [above, below] = [function.numerator(), function.denominator()];
             let direct = above.terms()[0].coefficient / below.terms()[0].coefficient;
             let now = record.now_late(late).into_iter().map(|u| direct * u);
-            let slower = without(function, direct).filter(|slower| !slower.terms().is_empty());
+            let slower = function
+                .numerator_without(direct)
+                .filter(|slower| !slower.terms().is_empty());
             let Some(slower) = slower else {
                 return Ok(now.collect());
             };
@@ -359,7 +356,7 @@ impl<'a> Fit<'a> {
         let seen = seen_by_a_rule(record, late, self.steps);
         let step = Seconds(sample_time.0 / self.steps as f64);
         let integral = |fraction| self.integral(fraction);
-        let running = Running::of_integrals(function, self.memory, step, integral)?;
+        let running = SampledTransferFunction::of_integrals(function, self.memory, step, integral)?;
         let outputs = through(&running, seen.into_iter());
         if let Some(begin) = record.time_s.first() {
             let last = outputs.len() - 1;
@@ -398,14 +395,10 @@ impl<'a> Fit<'a> {
 
     /// All of a function, as far as they can be made.
     fn integrals(&self, parts: &[FractionalTransferFunction]) -> Vec<(f64, Integral<f64, MODES>)> {
-        let of_part = |part| {
-            let (entries, count) = entries(part).unwrap_or_default();
-            entries.into_iter().take(count).map(|e| e.fraction)
-        };
-        let mut fractions: Vec<f64> = parts.iter().flat_map(of_part).collect();
-        fractions.sort_by(f64::total_cmp);
-        fractions.dedup();
-        let all = fractions.into_iter();
+        let mut known: Vec<f64> = parts.iter().flat_map(fractions).collect();
+        known.sort_by(f64::total_cmp);
+        known.dedup();
+        let all = known.into_iter();
         all.filter_map(|fraction| Some((fraction, self.integral(fraction).ok()?)))
             .collect()
     }
@@ -428,9 +421,7 @@ impl<'a> Fit<'a> {
             let growing = function.unstable_poles().filter(|poles| *poles > 0);
             let Some(poles) = growing else { continue };
             let step = Seconds(self.record.sample_time.0 / self.steps as f64);
-            let below = transfer_fraction(function, self.memory, step)?.below;
-            let below = below.without_differences();
-            if count(|arc| below.at(arc)).unstable_poles != Some(poles) {
+            if function.growing_poles_of_rule(self.memory, step)? != Some(poles) {
                 return Err(UNFIT);
             }
         }

@@ -8,9 +8,10 @@
 
 use super::found::{DECISIVE, Found};
 use super::record::{InputOutput, rounding};
-use super::rest::{STANDS, coefficients, of_coefficients, order_at_rest, rests};
+use super::rest::{STANDS, order_at_rest, rests};
 use super::search::Search;
 use crate::identify::Free;
+use crate::whole_orders::{coefficients, of_coefficients};
 use crate::{DeadTime, FractionalTransferFunction, Term};
 use core::f64::consts::E;
 use fracdiff::{Seconds, roots};
@@ -108,7 +109,7 @@ fn grows(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
     if !function.is_whole() {
         return function.unstable_poles().is_some_and(|poles| poles > 0);
     }
-    let below = coefficients(function.denominator().terms());
+    let below = coefficients(function.denominator());
     let integrators = function.denominator().lowest() as usize;
     let poles = roots(&below[integrators..]);
     let stands = |pole: &&Complex<f64>| pole.norm() * record.length_s() <= STANDS;
@@ -133,7 +134,7 @@ pub(super) fn plainest(found: &[Found], record: &InputOutput) -> Option<usize> {
     let first = found.first()?.identified.function;
     let draws = |candidate: &Found| {
         let function = &candidate.identified.function;
-        let zeros = || roots(&coefficients(function.numerator().terms()));
+        let zeros = || roots(&coefficients(function.numerator()));
         [
             grows(function, record),
             !candidate.settles() || !(rests(function, record) || *function == first),
@@ -197,14 +198,14 @@ fn slowed(
     function: &FractionalTransferFunction,
     time_constant_s: f64,
 ) -> Option<FractionalTransferFunction> {
-    let mut below = coefficients(function.denominator().terms());
+    let mut below = coefficients(function.denominator());
     let adds_up = function.is_whole() && (order_at_rest(function) - 1.0).abs() <= 0.0;
     let slope = *below.get(1).filter(|_| adds_up)?;
     // A(s)/s·(s + 1/τ)
     for k in 0..below.len() - 1 {
         below[k] += below[k + 1] / time_constant_s;
     }
-    let above = coefficients(function.numerator().terms());
+    let above = coefficients(function.numerator());
     (slope != 0.0).then(|| of_coefficients(&above, &below))?
 }
 

@@ -1,6 +1,7 @@
 //! Poles and zeros of whole orders that a record cannot tell from rest, or from each other.
 
 use super::record::InputOutput;
+use crate::whole_orders::{coefficients, of_coefficients, without_root};
 use crate::{FractionalTransferFunction, FreeNumber, Identified, Term};
 use fracdiff::roots;
 use num_complex::Complex;
@@ -22,15 +23,15 @@ pub(super) fn cancelled(
     function: &FractionalTransferFunction,
     record: &InputOutput,
 ) -> Option<FractionalTransferFunction> {
-    let above = coefficients(function.numerator().terms());
-    let mut below = coefficients(function.denominator().terms());
+    let above = coefficients(function.numerator());
+    let mut below = coefficients(function.denominator());
     let zero = at_rest(&above, record)?;
     let poles = if zero.im == 0.0 { 1 } else { 2 };
     for _ in 0..poles {
         let pole = at_rest(&below, record).filter(|pole| pole.im == 0.0)?;
-        below = without(&below, pole);
+        below = without_root(&below, pole);
     }
-    of_coefficients(&without(&above, zero), &below)
+    of_coefficients(&without_root(&above, zero), &below)
 }
 
 /// A pole and a zero of a function of whole orders that are as near to each other.
@@ -57,7 +58,7 @@ fn slopes(root: Complex<f64>, terms: &[Term]) -> impl Fn(usize) -> Complex<f64> 
 /// Each zero and each pole that could cancel it, the nearest in their errors first.
 pub(super) fn pairs(model: &Identified) -> Vec<Pair> {
     let [above, below] = [model.function.numerator(), model.function.denominator()];
-    let [zeros, poles] = [above, below].map(|side| roots(&coefficients(side.terms())));
+    let [zeros, poles] = [above, below].map(|side| roots(&coefficients(side)));
     let pairs = zeros
         .iter()
         .flat_map(|zero| poles.iter().map(move |pole| (*zero, *pole)));
@@ -113,8 +114,7 @@ pub(super) fn without_pair(
     record: &InputOutput,
 ) -> Option<FractionalTransferFunction> {
     let function = &model.function;
-    let [above, below] =
-        [function.numerator(), function.denominator()].map(|side| coefficients(side.terms()));
+    let [above, below] = [function.numerator(), function.denominator()].map(coefficients);
     let is_near = |pair: &Pair| {
         let apart = (pair.zero - pair.pole).norm();
         let slow = 1.0 / record.length_s();
@@ -123,7 +123,10 @@ pub(super) fn without_pair(
     let is_hidden = |pair: &&Pair| pair.errors <= hides(pair, record.output.len());
     let pairs = pairs(model);
     let pair = pairs.iter().filter(|pair| is_near(pair)).find(is_hidden)?;
-    of_coefficients(&without(&above, pair.zero), &without(&below, pair.pole))
+    of_coefficients(
+        &without_root(&above, pair.zero),
+        &without_root(&below, pair.pole),
+    )
 }
 
 /// True if a function that settles shows some of that within the record: the last coefficient below acts beside the one before.
@@ -152,57 +155,21 @@ pub(super) fn integrating(
     function: &FractionalTransferFunction,
     record: &InputOutput,
 ) -> Option<FractionalTransferFunction> {
-    let below = coefficients(function.denominator().terms());
+    let below = coefficients(function.denominator());
     let integrators = below.iter().position(|c| *c != 0.0)?;
     let faster = without_rest(&below[integrators..], record)?;
     let below = [vec![0.0; integrators + 1], faster].concat();
-    of_coefficients(&coefficients(function.numerator().terms()), &below)
-}
-
-/// The function whose lowest coefficient below is 1 or −1: a fit leaves it so.
-pub(crate) fn of_coefficients(above: &[f64], below: &[f64]) -> Option<FractionalTransferFunction> {
-    let unit = below.iter().find(|c| **c != 0.0)?.abs();
-    let terms = |all: &[f64]| terms(&all.iter().map(|c| c / unit).collect::<Vec<f64>>());
-    FractionalTransferFunction::new(&terms(above), &terms(below)).ok()
-}
-
-pub(crate) fn coefficients(terms: &[Term]) -> Vec<f64> {
-    let degree = terms.first().map_or(0.0, |term| term.order);
-    let mut all = vec![0.0; degree as usize + 1];
-    for term in terms {
-        all[term.order as usize] = term.coefficient;
-    }
-    all
-}
-
-fn terms(coefficients: &[f64]) -> Vec<Term> {
-    let terms = coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0);
-    terms.map(|(k, c)| Term::new(*c, k as f64)).collect()
+    of_coefficients(&coefficients(function.numerator()), &below)
 }
 
 /// The polynomial without its slowest root, if that is real and at rest.
 fn without_rest(coefficients: &[f64], record: &InputOutput) -> Option<Vec<f64>> {
     let root = at_rest(coefficients, record).filter(|root| root.im == 0.0)?;
-    Some(without(coefficients, root))
+    Some(without_root(coefficients, root))
 }
 
 /// The slowest root of a polynomial, if it is at rest.
 fn at_rest(coefficients: &[f64], record: &InputOutput) -> Option<Complex<f64>> {
     let root = roots(coefficients).into_iter().next();
     root.filter(|root| root.norm() * record.length_s() <= AT_REST)
-}
-
-/// A polynomial without a root, and without the conjugate one.
-pub(crate) fn without(coefficients: &[f64], root: Complex<f64>) -> Vec<f64> {
-    let mut left: Vec<Complex<f64>> = coefficients.iter().map(|c| (*c).into()).collect();
-    let times = if root.im == 0.0 { 1 } else { 2 };
-    for root in [root, root.conj()].into_iter().take(times) {
-        // Horner's rule from above; the lowest becomes the remainder.
-        for k in (0..left.len().saturating_sub(1)).rev() {
-            let above = left[k + 1];
-            left[k] += root * above;
-        }
-        left.remove(0);
-    }
-    left.iter().map(|c| c.re).collect()
 }

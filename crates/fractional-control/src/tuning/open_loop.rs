@@ -1,7 +1,7 @@
 //! The open loop on a grid of frequencies, and what can be read from it.
 
 use super::specification::{Sampling, Specification};
-use crate::model_search::rest::{coefficients, of_coefficients, without};
+use crate::whole_orders::{coefficients, of_coefficients, without_root};
 use crate::{ControlError, PidParameters, Plant, Rule};
 use core::cell::RefCell;
 use core::f64::consts::PI;
@@ -86,8 +86,8 @@ impl Twin {
 /// The plant with e^(−τs) for each lag 1/(τs + 1) that is fast beside the crossover; it still falls as 1/s at least. `None` without such a lag.
 fn with_dead_time(plant: &Plant, omega: f64) -> Option<Plant> {
     let function = plant.function().filter(|function| function.is_whole())?;
-    let above = coefficients(function.numerator().terms());
-    let mut below = coefficients(function.denominator().terms());
+    let above = coefficients(function.numerator());
+    let mut below = coefficients(function.denominator());
     let mut late_s = 0.0;
     // The slowest root first.
     for pole in roots(&below).into_iter().rev() {
@@ -95,7 +95,7 @@ fn with_dead_time(plant: &Plant, omega: f64) -> Option<Plant> {
         if !is_fast || below.len() <= above.len() + 1 {
             break;
         }
-        below = without(&below, pole);
+        below = without_root(&below, pole);
         below.iter_mut().for_each(|c| *c *= -pole.re);
         late_s -= 1.0 / pole.re;
     }

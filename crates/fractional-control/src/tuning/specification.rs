@@ -1,7 +1,6 @@
 //! Wishes for a loop, and which of them contradict each other.
 
 use crate::records::MODES;
-use crate::sampled_plant::delay_samples;
 use crate::{
     Actuator, ControlError, FractionalPid, HeldPlant, PidParameters, Plant, PowerMemory, Response,
     Rule, SetPoint, simulate,
@@ -192,7 +191,7 @@ impl Specification {
         range("crossover", omega, inside, allowed, "rad/s")?;
         if let Some(sampling) = sampling {
             let t = positive("sample time", sampling.sample_time.0, "s")?;
-            delay_samples(plant, sampling.sample_time)?;
+            plant.delay_samples(sampling.sample_time)?;
             if omega >= PI / t / 3.0 {
                 return Err(ControlError::Contradiction {
                     first: "crossover_rad_s",
