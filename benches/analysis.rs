@@ -11,9 +11,9 @@
 
 mod timing;
 
+use control_tuning::Specification;
+use control_tuning::design::ControlDesign;
 use fracdiff::{Order, Scheme, Seconds};
-use fractional_control::design::ControlDesign;
-use fractional_control::tuning::Specification;
 use haptic_analysis::{LoopOperator, Nondimensional, OnePort, SampledLoop};
 use std::error::Error;
 use std::hint::black_box;

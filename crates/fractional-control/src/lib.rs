@@ -7,20 +7,14 @@ extern crate std;
 
 #[cfg(feature = "std")]
 pub mod analysis;
-#[cfg(feature = "std")]
-pub mod autoregression;
 mod controller;
 #[cfg(feature = "std")]
 mod curves;
-#[cfg(feature = "std")]
-pub mod design;
 #[cfg(feature = "std")]
 mod enclosure;
 mod error;
 #[cfg(feature = "std")]
 mod held_response;
-#[cfg(feature = "std")]
-mod identify;
 #[cfg(feature = "std")]
 mod lateness;
 mod lead;
@@ -31,8 +25,6 @@ mod loaded;
 #[cfg(feature = "std")]
 mod margins;
 mod memory;
-#[cfg(feature = "std")]
-pub mod model_search;
 mod notation;
 #[cfg(feature = "std")]
 mod own_times;
@@ -60,8 +52,6 @@ mod state_space;
 #[cfg(feature = "std")]
 mod sum;
 mod transfer;
-#[cfg(feature = "std")]
-pub mod tuning;
 #[cfg(feature = "std")]
 mod verdict;
 #[cfg(feature = "std")]
@@ -91,11 +81,6 @@ pub use {
     certified_count::StabilityVerdict,
     curves::ControllerParameters,
     enclosure::SampledLaw,
-    identify::{
-        DeadTime, FreeNumber, Identified, IdentifiedResponse, InputOutputRecord, KramersKronig,
-        StartState, WholeGuess, WholeShape, identify, identify_coefficients, identify_response,
-        kramers_kronig, search_response, whole_guess,
-    },
     list::{BranchList, ControllerList, LawList, LeadList, ParallelList},
     loaded::{LoadedPlant, TwoPort},
     margins::{Crossing, Margins},

@@ -2,7 +2,7 @@
 //! one's own; a loop that is judged or run as it is.
 
 use crate::{TextFile, form};
-use fractional_control::design::{ControlDesign, Trial, TunedController};
+use control_tuning::design::{ControlDesign, Trial, TunedController};
 use fractional_control::run::samples_for;
 use fractional_control::{ControlError, ControllerSetup};
 use haptic_experiment::parameters::CONTROL_LOOP;

@@ -4,12 +4,12 @@ pub mod report;
 
 use super::form::form;
 use crate::words::{check_gain, sample_time_for};
+use control_tuning::design::ControlDesign;
+use control_tuning::{Bound, Specification};
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::Plant;
-use fractional_control::design::ControlDesign;
 use fractional_control::run::{SAMPLES_MOST, samples_for};
-use fractional_control::tuning::{Bound, Specification};
 use haptic_document::Failure;
 use haptic_document::parameters::range::{
     ANGULAR_FREQUENCIES, DURATIONS, NUMBERS, Range, SAMPLE_TIMES,

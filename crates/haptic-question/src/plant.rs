@@ -11,12 +11,13 @@ use super::tissue::parts;
 use crate::plant::record_check::{
     check_signals, fill_gaps, leave_out_lone_outputs, one_row_a_time,
 };
-use fracdiff::Seconds;
-use fractional_control::model_search::{
+use control_identification::DeadTime;
+use control_identification::model_search::{
     Found, InputOutput, Wanted, candidates, candidates_of, dead_time_evidence, find_start,
     identify, nearer_in_simulation, validate,
 };
-use fractional_control::{ControlError, DeadTime, Plant, SumOfParts};
+use fracdiff::Seconds;
+use fractional_control::{ControlError, Plant, SumOfParts};
 use haptic_document::Failure;
 use haptic_document::parameters::Parameter;
 use haptic_quantity::{digits, number, parse_for_key, short};

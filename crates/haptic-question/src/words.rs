@@ -1,12 +1,13 @@
 //! A designed controller in sentences, for the command and the page.
 
+use control_tuning::Specification;
+use control_tuning::WishName;
+use control_tuning::design::{
+    ControlAnswer, ROBUST_GAINS, SAMPLES_A_RADIAN, Trial, usual_sample_time,
+};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use fractional_control::analysis::{LoopAnalysis, VerdictCause};
-use fractional_control::design::{
-    ControlAnswer, ROBUST_GAINS, SAMPLES_A_RADIAN, Trial, WishName, usual_sample_time,
-};
-use fractional_control::tuning::Specification;
 use fractional_control::{
     Crossing, Margins, PidParameters, Plant, StepShape, factor_after_division,
 };

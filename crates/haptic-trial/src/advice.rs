@@ -174,8 +174,8 @@ pub fn with_unit(key: &str, value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use crate::advice::*;
+    use control_tuning::{Specification, tune};
     use fractional_control::Plant;
-    use fractional_control::tuning::{Specification, tune};
     use haptic_loop::units::{Newtons, Seconds};
     use haptic_loop::{SafetyChain, SafetyLimits};
 

@@ -1,4 +1,4 @@
-"""Fractional transfer functions, controllers and their tuning: the crate ``fractional-control``.
+"""Fractional transfer functions, controllers and their tuning: the crates ``fractional-control``, ``control-tuning`` and ``control-identification``.
 
 They go to python-control and come from there: `TransferFunction.to_control`, `TransferFunction.from_control`, `plant`, `Pid`.
 """

@@ -1,15 +1,12 @@
-//! Reasons against loops whose boundary is known, baselines, designs, records.
+//! Reasons against loops whose boundary is known, and runs.
 
-use crate::fixture::{near, not_flat, pi, plant, searched, states};
+use crate::fixture::{near, pi, plant, states};
 use core::array::from_fn;
 use fracdiff::Seconds;
 use fractional_control::analysis::{VerdictCause, analyse};
-use fractional_control::design::ControlDesign;
-use fractional_control::model_search::InputOutput;
-use fractional_control::run::{integer_baseline, run, run_plant, samples_for};
-use fractional_control::tuning::Specification;
-use fractional_control::{ControllerSetup, FractionalTransferFunction, Plant};
-use testkit::{assert_close, assert_refused, assert_relative};
+use fractional_control::run::{run, run_plant, samples_for};
+use fractional_control::{ControllerSetup, Plant};
+use testkit::{assert_close, assert_relative};
 
 fn p(gain: f64, t: f64) -> ControllerSetup {
     ControllerSetup::new(crate::fixture::p(gain), Seconds(t))
@@ -133,20 +130,6 @@ fn the_verdict_on_a_fractional_plant_is_not_that_of_its_rule() {
     }
 }
 
-/// 400 samples of 10 ms of a step, without limits.
-fn designed(function: &str, wishes: Specification) -> ControlDesign {
-    ControlDesign {
-        plant: plant(function),
-        wishes,
-        sample_time: Seconds(0.01),
-        scheme: p(1.0, 0.01).scheme,
-        output_low: None,
-        output_high: None,
-        step: 1.0,
-        samples: 400,
-    }
-}
-
 /// C/(1 + L) of s/(s + 1)² and 1 + 1/s^0.5 is s^−0.5 at rest: the command grows as √t.
 #[test]
 fn an_integral_that_meets_a_factor_s_is_not_proved() {
@@ -159,29 +142,6 @@ fn an_integral_that_meets_a_factor_s_is_not_proved() {
             "{order}: {cause:?}"
         );
     }
-    let design = designed("s/(s+1)^2", Specification::new(3.0, 60_f64.to_radians()));
-    assert_refused(
-        design.answer(),
-        "a controller without an integral was not found",
-    );
-}
-
-#[test]
-fn the_baseline_has_the_crossover_and_the_margin_of_the_loop() {
-    let oven = plant("0.55exp(-s)/(62s+1)");
-    let setup = ControllerSetup::new(pi(9.7, 0.6, 0.9), Seconds(0.1));
-    let baseline = integer_baseline(&setup, &oven)
-        .expect("one")
-        .expect("fractional");
-    let pid = baseline.pid().expect("a PID");
-    assert_eq!((pid.integral_order, pid.derivative_order), (1.0, 1.0));
-    let [a, b] = [&setup, &baseline].map(|setup| {
-        let phase = analyse(setup, &oven).expect("a loop").margins.phase;
-        phase.expect("a crossover")
-    });
-    assert_relative("crossover", a.omega_rad_s, b.omega_rad_s, 2e-3);
-    assert_close("margin", a.value, b.value, 2e-3);
-    assert_eq!(integer_baseline(&baseline, &oven), Ok(None));
 }
 
 /// A P loop on 1/(s + 1) settles at k/(1 + k) with the time constant 1/(1 + k).
@@ -209,144 +169,4 @@ fn a_run_is_the_closed_form_and_a_limit_is_counted() {
     let end = battery.expect("a charge that adds up").measured[100_000];
     assert_close("an hour", end, 0.03 + 0.072 / libm::tgamma(1.5), 1e-6);
     assert_eq!(samples_for(Some(0.1), 0.2), 3000.0);
-}
-
-#[test]
-fn a_record_with_a_dead_time_gives_its_plant_back() {
-    let t = 0.1;
-    let truth = plant("exp(-0.25s)*2/(3s^0.8+1)");
-    let input: Vec<f64> = (0..400).map(|n| if n < 200 { 1.0 } else { -0.5 }).collect();
-    let response = run_plant(&truth, Seconds(t), &input).expect("runs");
-    let mut record = InputOutput {
-        time_s: (0..400).map(|n| f64::from(n) * t).collect(),
-        input,
-        output: response.measured,
-        ..InputOutput::default()
-    };
-    let behind = |dead_time| searched(&record, dead_time);
-    for known in [Some(Seconds(0.25)), None] {
-        let found = behind(known).expect("found");
-        let best = found[0].identified.function;
-        let (above, below) = (best.numerator().terms(), best.denominator().terms());
-        assert_close("gain", above[0].coefficient, 2.0, 0.02);
-        assert_close("time", below[0].coefficient, 3.0, 0.03);
-        assert_close("order", below[0].order, 0.8, 0.005);
-        let dead_time_s = found[0].identified.dead_time.seconds();
-        assert_close("dead time", dead_time_s, 0.25, 0.01);
-    }
-    assert!(behind(Some(Seconds(-1.0))).is_err() && behind(Some(Seconds(99.0))).is_err());
-    record.subtract_start();
-    assert_eq!(record.input[0], 0.0);
-}
-
-/// The best function of a record.
-fn found(record: &InputOutput) -> FractionalTransferFunction {
-    let found = searched(record, Some(Seconds(0.0)));
-    found.expect("found")[0].identified.function
-}
-
-/// y for a step from rest, and the function that made it.
-fn growing(output: impl Fn(f64) -> f64) -> InputOutput {
-    let time_s: Vec<f64> = (0..400).map(|n| f64::from(n) * 0.01).collect();
-    InputOutput {
-        input: vec![1.0; time_s.len()],
-        output: time_s.iter().map(|t| output(*t)).collect(),
-        time_s,
-        ..InputOutput::default()
-    }
-}
-
-/// 1/(s − 1), 2/s, 1/(s(0.5s + 1)), 1/s²: each by its closed form, exact but for the rule of the model.
-#[test]
-fn a_record_that_grows_gives_its_plant_back() {
-    let unstable = found(&growing(|t| t.exp_m1()));
-    assert_eq!(unstable.unstable_poles(), Some(1), "{unstable}");
-    let [first, last] = unstable.denominator().terms() else {
-        panic!("{unstable}");
-    };
-    let gain = unstable.numerator().terms()[0].coefficient;
-    assert!(
-        near(first.coefficient, 1.0, 1e-2) && last.coefficient < 0.0,
-        "{unstable}"
-    );
-    assert!(near(gain, 1.0, 1e-2), "{unstable}");
-    let adds = found(&growing(|t| 2.0 * t));
-    assert_eq!(
-        (adds.unstable_poles(), adds.denominator().terms().len()),
-        (None, 1),
-        "{adds}"
-    );
-    assert!(
-        near(adds.numerator().terms()[0].coefficient, 2.0, 1e-3),
-        "{adds}"
-    );
-    let late = found(&growing(|t| t + 0.5 * (-2.0 * t).exp_m1()));
-    assert!(near(late.denominator().lowest(), 1.0, 0.01), "{late}");
-    assert!(
-        near(late.response(2.0).norm(), 0.5 / 2f64.sqrt(), 5e-3),
-        "{late}"
-    );
-    let twice = found(&growing(|t| 0.5 * t * t));
-    assert!(near(twice.denominator().lowest(), 2.0, 0.01), "{twice}");
-}
-
-/// Steps of b/(s² − 2rs + b), b = r² + 9: one grows, one swings long, one for ever. Noise may be a tenth of it.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_swing_gives_its_plant_back() {
-    for (rate, noise, poles) in [
-        (0.2, 0.0, Some(2)),
-        (-0.01, 0.0, Some(0)),
-        (0.0, 0.0, None),
-        (-0.1, 0.1, Some(0)),
-    ] {
-        let step =
-            |t: f64| 1.0 - f64::exp(rate * t) * ((3.0 * t).cos() - rate / 3.0 * (3.0 * t).sin());
-        let mut record = growing(|t| step(10.0 * t));
-        record.time_s.iter_mut().for_each(|t| *t *= 10.0);
-        // Numbers of a golden section, evenly spread.
-        for (n, y) in record.output.iter_mut().enumerate() {
-            *y += noise * ((n as f64 * 0.618_033_988_75 * (1.0 + n as f64 * 0.01)).fract() - 0.5);
-        }
-        let found = searched(&record, None).expect("found");
-        let best = &found[0].identified;
-        assert_eq!(best.function.unstable_poles(), poles, "{}", best.function);
-        assert_eq!(best.function.denominator().lowest(), 0.0);
-        let b = rate * rate + 9.0;
-        let most = if noise > 0.0 { 0.02 } else { 1e-6 };
-        let stiff = best.function.denominator().terms()[0].coefficient;
-        assert!((stiff * b - 1.0).abs() < most, "{rate}: {}", best.function);
-        assert!(1.0 - best.fit < most, "{rate}: {}", best.fit);
-    }
-}
-
-/// A record that ends early is no record that grows: the slow plant stays the best.
-#[test]
-fn a_slow_plant_is_not_taken_for_one_that_adds_up() {
-    let best = found(&growing(|t| 1.0 - (-t / 3.0).exp()));
-    assert_eq!(best.unstable_poles(), Some(0), "{best}");
-    assert!(
-        near(best.denominator().terms()[0].coefficient, 3.0, 0.02),
-        "{best}"
-    );
-}
-
-/// Order 1.9 on 1/(s + 1) with a sample time near the crossover: stable, and lost below twice the gain.
-#[test]
-fn a_design_that_is_lost_at_twice_the_gain_is_not_robust() {
-    for (crossover, robust) in [(2.0, true), (12.0, false)] {
-        let design = designed("exp(-0.1s)/(s+1)", not_flat(crossover, 35_f64.to_radians()));
-        let trial = design
-            .answer()
-            .expect("found")
-            .fractional
-            .trial
-            .expect("runs");
-        assert!(trial.analysis.verdict.stable);
-        let [low, high] = trial.stable_gains.expect("stable");
-        assert_eq!(trial.is_robust(), robust, "{crossover}: {low} to {high}");
-        // The end is the gain margin of the sampled loop.
-        let up = trial.analysis.margins.gain_up.expect("a dead time").value;
-        assert!(high <= up && high > 0.99 * up.min(100.0), "{high} {up}");
-    }
 }

@@ -1,12 +1,6 @@
 //! Numbers that others have printed, each within its digits.
 
 use crate::fixture::{bdf2, closed, plant};
-use fracdiff::Seconds;
-use fractional_control::autoregression::Autoregression;
-use fractional_control::{
-    DeadTime, FractionalTransferFunction, InputOutputRecord, StartState, identify_coefficients,
-    respond,
-};
 use testkit::{assert_close, assert_relative};
 
 /// Gain and phase margin, distance to −1, and their frequencies, of plants behind a hold: python-control's `control/tests/margin_test.py`,
@@ -129,54 +123,4 @@ fn the_guide_holds_its_margins_against_those_that_are_printed() {
         rows += 1;
     }
     assert_eq!(rows, 6);
-}
-
-/// The record of the CRONE toolbox' `SID_demo2`, 0.5/(0.5s^3 + 1.5s^1.5 + 1) in steps between 0 and −1 with noise of 0.2: its coefficients come back
-/// within four standard errors. The demo prints none.
-#[test]
-fn the_example_of_the_crone_toolbox_gives_its_coefficients_back() {
-    const FINER: usize = 5;
-    let function = |text: &str| text.parse::<FractionalTransferFunction>().expect("valid");
-    let parts = [(100, 0.0), (200, -1.0), (500, 0.0), (800, -1.0)];
-    let input = |each: usize| -> Vec<f64> {
-        let levels = parts.iter();
-        levels
-            .flat_map(|(count, level)| vec![*level; count * each])
-            .collect()
-    };
-    let memory = bdf2(1e-8, 100.0);
-    let fine = respond(
-        &function("0.5/(0.5s^3+1.5s^1.5+1)"),
-        memory,
-        Seconds(0.01 / FINER as f64),
-        &input(FINER),
-    );
-    let mut random = testkit::Random(35);
-    let mut noise = || (0..12).map(|_| random.between(-0.5, 0.5)).sum::<f64>();
-    let output = fine.expect("runs").into_iter().step_by(FINER);
-    let output: Vec<f64> = output.map(|y| y + 0.2 * noise()).collect();
-    let record = InputOutputRecord {
-        sample_time: Seconds(0.01),
-        time_s: &[],
-        input: &input(1),
-        output: &output,
-        held: true,
-        dead_time: DeadTime::NONE,
-        start: StartState::Rest,
-        noise: Autoregression::WHITE,
-    };
-    let found = identify_coefficients(&function("1/(s^3+s^1.5+1)"), &record).expect("found");
-    assert_close("noise", found.rms_residual, 0.2, 0.02);
-    let below = found.function.denominator().terms();
-    let have = [
-        found.function.numerator().terms()[0].coefficient,
-        below[0].coefficient,
-        below[1].coefficient,
-    ];
-    for ((have, want), (number, error)) in
-        have.iter().zip([0.5, 0.5, 1.5]).zip(&found.standard_errors)
-    {
-        assert_relative(&format!("{number:?}"), *have, want, 4.0 * error);
-        assert!(*error < 0.3, "{number:?} {error}");
-    }
 }

@@ -1,11 +1,9 @@
 //! What the tests share: short words for plants, controllers and loops, numbers that are drawn, golden values.
 
 use fracdiff::Seconds;
-use fractional_control::model_search::{Found, InputOutput, Wanted, candidates, identify};
 use fractional_control::num_complex::Complex;
-use fractional_control::tuning::{Sampling, Specification};
 use fractional_control::{
-    ControlError, FractionalTransferFunction, HeldPlant, PidParameters, Plant, PowerMemory, Rule,
+    FractionalTransferFunction, HeldPlant, PidParameters, Plant, PowerMemory, Rule,
     SampledControlLoop, StateSpace,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -53,30 +51,6 @@ pub(crate) fn held(plant: &Plant, memory: PowerMemory, t: f64) -> HeldPlant {
 /// A memory for so many seconds.
 pub(crate) fn bdf2(tolerance: f64, duration_s: f64) -> PowerMemory {
     PowerMemory::new(Rule::Bdf2, tolerance, duration_s).expect("valid")
-}
-
-/// The functions that are found for a record of a held input, whatever its dead time or behind a known one.
-pub(crate) fn searched(
-    record: &InputOutput,
-    dead_time: Option<Seconds>,
-) -> Result<Vec<Found>, ControlError> {
-    let guesses = candidates(record, true, dead_time, Wanted::default());
-    identify(record, &guesses, true, Wanted::default(), &|_| ())
-}
-
-pub(crate) fn every(seconds: f64) -> Sampling {
-    Sampling {
-        sample_time: Seconds(seconds),
-        rule: Rule::Bdf2,
-    }
-}
-
-/// Wishes without that for a flat phase.
-pub(crate) fn not_flat(crossover_rad_s: f64, margin_rad: f64) -> Specification {
-    Specification {
-        iso_damping: false,
-        ..Specification::new(crossover_rad_s, margin_rad)
-    }
 }
 
 /// |have − want| < most.

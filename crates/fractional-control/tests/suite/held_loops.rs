@@ -1,14 +1,8 @@
-//! Loops and records of plants of fractional order, by the exact response of the plant behind its hold.
+//! Loops around plants of fractional order, by the exact response of the plant behind its hold.
 
 use super::fixture::{Draw, bdf2, held};
 use crate::fixture::p;
-use fracdiff::Seconds;
-use fractional_control::autoregression::Autoregression;
-use fractional_control::{
-    DeadTime, FractionalTransferFunction, InputOutputRecord, Plant, SampledControlLoop, StartState,
-    identify,
-};
-use testkit::assert_close;
+use fractional_control::{Plant, SampledControlLoop};
 
 const SAMPLES: usize = 2000;
 
@@ -84,52 +78,4 @@ fn the_delay_margin_is_that_of_the_plant_behind_its_hold() {
         apart += usize::from((by_rule / found - 1.0).abs() > 0.05);
     }
     assert!(apart > 0, "the rule alone is right");
-}
-
-/// A held input that jumps at random, and the output by the exact step response: the function is found, whatever the rule makes of so few samples.
-#[test]
-fn a_record_of_a_plant_gives_its_function() {
-    // 1/(s^0.5 + 1): 1 − e^t·erfc(√t);   2/s^0.7: 2t^0.7/Γ(1.7)
-    let half: fn(f64) -> f64 = |t| 1.0 - t.exp() * libm::erfc(t.sqrt());
-    let power: fn(f64) -> f64 = |t| 2.0 * t.powf(0.7) / libm::tgamma(1.7);
-    for (step, truth, guess) in [
-        (half, "1/(s^0.5+1)", "1.5/(0.7s^0.8+1)"),
-        (power, "2/s^0.7", "1/s^0.9"),
-    ] {
-        let mut draw = Draw(3);
-        let t = 0.05;
-        let levels: Vec<f64> = (0..20).map(|_| draw.from(-1.0, 1.0)).collect();
-        let input: Vec<f64> = (0..400).map(|n| levels[n / 20]).collect();
-        let output = (0..400).map(|n| {
-            let jumps = (0..=n).map(|k| input[k] - k.checked_sub(1).map_or(0.0, |k| input[k]));
-            let answers = jumps
-                .enumerate()
-                .map(|(k, jump)| jump * step(t * (n - k) as f64));
-            answers.sum()
-        });
-        let output: Vec<f64> = output.collect();
-        let record = InputOutputRecord {
-            sample_time: Seconds(t),
-            time_s: &[],
-            input: &input,
-            output: &output,
-            held: true,
-            dead_time: DeadTime::NONE,
-            start: StartState::Rest,
-            noise: Autoregression::WHITE,
-        };
-        let guess: FractionalTransferFunction = guess.parse().expect("valid");
-        let truth: FractionalTransferFunction = truth.parse().expect("valid");
-        let found = identify(&guess, &record).expect("found");
-        let numbers = |function: &FractionalTransferFunction| -> Vec<f64> {
-            let (above, below) = (function.numerator(), function.denominator());
-            let terms = above.terms().iter().chain(below.terms());
-            terms
-                .flat_map(|term| [term.coefficient, term.order])
-                .collect()
-        };
-        for (found, true_number) in numbers(&found.function).iter().zip(numbers(&truth)) {
-            assert_close("found", *found, true_number, 1e-3);
-        }
-    }
 }

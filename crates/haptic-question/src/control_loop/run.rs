@@ -3,9 +3,10 @@
 use super::{COMMAND_LIMITS, ControlLoop, LOOP_CONTROLLER, REFERENCE, RUN_LENGTH, STEP_HEIGHT};
 use crate::controller::{check_step, samples};
 use crate::words::shape;
+use control_tuning::integer_baseline;
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
-use fractional_control::run::{LoopRun, integer_baseline, run, run_plant, samples_for};
+use fractional_control::run::{LoopRun, run, run_plant, samples_for};
 use fractional_control::{ControlError, ControllerSetup, Response};
 use haptic_document::parameters::range::{DURATIONS, NUMBERS, SAMPLE_TIMES};
 use haptic_document::{Failure, short};

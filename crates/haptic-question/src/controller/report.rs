@@ -2,8 +2,9 @@
 
 use super::{CROSSOVER, LOOP_TIME, NOT_FLAT, PHASE_MARGIN};
 use crate::words::{DesignWords, gains, margins, row_of_wish, shape};
+use control_tuning::Wish;
+use control_tuning::design::{ControlAnswer, ControlDesign, TunedController};
 use fractional_control::ControlError;
-use fractional_control::design::{ControlAnswer, ControlDesign, TunedController, Wish};
 use haptic_document::{Failure, rows};
 use haptic_trial::advice::{in_degrees, refused};
 use serde_json::{Value, json};

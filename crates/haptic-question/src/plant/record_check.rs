@@ -1,7 +1,7 @@
 //! Checks that a table of input and output can be a record of a plant; errors name lines and columns.
 
+use control_identification::model_search::InputOutput;
 use fracdiff::parameter::Shown;
-use fractional_control::model_search::InputOutput;
 use measured_table::rows_named;
 
 /// Largest value of a record, and 1 over the least: the sum of their squares is a number.

@@ -1,13 +1,11 @@
 //! The report on a plant that was found, with its warnings.
 
 use super::keys::{FIRST_ROW, KNOWN_DELAY, MODEL, VALIDATE};
-use fractional_control::model_search::{
+use control_identification::model_search::{
     DeadTimeEvidence, Found, InputOutput, Unexplained, Validation, settles_as_well,
 };
-use fractional_control::{
-    DeadTime, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, StartState,
-    SumOfParts, Term,
-};
+use control_identification::{DeadTime, FreeNumber, Identified, StartState};
+use fractional_control::{FractionalPolynomial, FractionalTransferFunction, SumOfParts, Term};
 use haptic_quantity::{digits, written};
 use serde::Serialize;
 

@@ -2,10 +2,10 @@
 
 use super::keys::{MODEL, PLANT_COLUMNS};
 use super::report::{CandidateRow, DIGITS, NumberRow, shown};
-use fractional_control::{
-    ControlError, DeadTime, IdentifiedResponse, SumOfParts, identify_response, kramers_kronig,
-    search_response,
+use control_identification::{
+    DeadTime, IdentifiedResponse, identify_response, kramers_kronig, search_response,
 };
+use fractional_control::{ControlError, SumOfParts};
 use haptic_document::Failure;
 use haptic_quantity::digits;
 use haptic_trial::advice::refused;

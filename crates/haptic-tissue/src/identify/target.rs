@@ -10,7 +10,7 @@
 use super::elements::Candidate;
 use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
-use fractional_control::autoregression::Autoregression;
+use control_identification::autoregression::Autoregression;
 use spring_pots::{
     Binned, Contour, Doubts, Elements, History, Moved, Quantity, Slope, SpectralMode, VARIABLES,
     chosen, oscillation,

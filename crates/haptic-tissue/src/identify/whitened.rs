@@ -19,7 +19,7 @@ use super::elements::Candidate;
 use super::fit::criteria_of;
 use super::search::{Best, polished};
 use super::target::Target;
-use fractional_control::autoregression::Autoregression;
+use control_identification::autoregression::Autoregression;
 use spring_pots::Elements;
 
 const ROUNDS: usize = 4;

@@ -286,7 +286,7 @@ fn noise_is_no_plant_and_a_short_rise_tells_its_dead_time_only_between_two() {
     );
 }
 
-/// What is wrong with plants, controllers, wishes and records is tested with `fractional-control` and `haptic-experiment`.
+/// What is wrong with plants, controllers, wishes and records is tested with `control-tuning`, `control-identification` and `haptic-question`.
 #[test]
 fn bad_input_is_refused_with_its_place() {
     let place = Place::new();

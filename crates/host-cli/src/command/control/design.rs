@@ -5,7 +5,7 @@ use crate::files::{Files, PROGRAM, Place};
 use crate::options::{Options, keys};
 use crate::output::Output;
 use clap::Args;
-use fractional_control::design::ControlAnswer;
+use control_tuning::design::ControlAnswer;
 use haptic_experiment::Failure;
 use haptic_question::control_loop::{LoopForm, NamedPlant};
 use haptic_question::controller::DesignForm;

@@ -1,9 +1,9 @@
 //! Pictures of loops: runs, records, frequency responses, designs.
 
 use crate::picture::{Panel, Points, linear, logarithmic, page, short_name};
+use control_identification::model_search::InputOutput;
+use control_tuning::design::{ControlAnswer, Trial, TunedController};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
-use fractional_control::design::{ControlAnswer, Trial, TunedController};
-use fractional_control::model_search::InputOutput;
 use fractional_control::num_complex::Complex;
 use fractional_control::{ControllerSetup, Crossing};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
