@@ -15,7 +15,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np  # noqa: E402
 
 ROOT = pathlib.Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "crates/haptic-tissue/tests/golden/identify"))
+sys.path.insert(0, str(ROOT / "crates/tissue-identification/tests/golden/identify"))
 import make_golden  # noqa: E402
 
 EXAMPLE = ["cargo", "build", "--release", "--quiet", "--manifest-path", "benches/Cargo.toml", "--example", "identify_speed"]
@@ -77,6 +77,6 @@ for what, theirs in {
     "flat-valley": lambda: zener(3000.0, 0.5, 2000.0, 0.2, 100.0),
 }.items():
     (theirs_s, rms), ours_s = theirs(), own_s(what)
-    print(f"{what}: SciPy {theirs_s:.2f} s, best rms {rms:.6f}; haptic-tissue {ours_s:.3f} s; {theirs_s / ours_s:.0f} times")
+    print(f"{what}: SciPy {theirs_s:.2f} s, best rms {rms:.6f}; tissue-identification {ours_s:.3f} s; {theirs_s / ours_s:.0f} times")
 for what in ("auto", "indentation-stiffening"):
-    print(f"{what}: haptic-tissue {own_s(what):.3f} s")
+    print(f"{what}: tissue-identification {own_s(what):.3f} s")

@@ -2,9 +2,9 @@
 //! benches/Cargo.toml --example identify_speed [NAME]`. `identify_against_scipy.py` beside it holds it against `SciPy`.
 
 use haptic_loop::{Loading, LoadingKind, Modulus, Specimen};
-use haptic_tissue::identify::{Options, Record, identify};
 use haptic_tissue::{Model, ModelKind};
 use std::time::Instant;
+use tissue_identification::{Options, Record, identify};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rows = include_str!("../crates/haptic-tissue/records/fish-muscle-relaxation.tsv")

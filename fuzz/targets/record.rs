@@ -3,9 +3,9 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use haptic_tissue::identify::{IdentifyError, RecordKind, TableDetails};
 use libfuzzer_sys::fuzz_target;
 use measured_table::{Reader, read_table};
+use tissue_identification::{IdentifyError, RecordKind, TableDetails};
 
 fuzz_target!(|bytes: &[u8]| {
     let reader = Reader {

@@ -6,12 +6,12 @@ use haptic_log::record::StartTime;
 use haptic_question::plant::keys::PlantForm;
 use haptic_question::plant::{PlantFound, PlantQuestion};
 use haptic_question::tissue::{RecordAnswer, RecordQuestion};
-use haptic_tissue::identify::Provenance;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::fmt::Display;
 use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
+use tissue_identification::Provenance;
 
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 2000;

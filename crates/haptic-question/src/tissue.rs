@@ -13,14 +13,14 @@ use haptic_document::{Failure, Named, Rows, rows, short};
 use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{is_meant, number, parse_for_key};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::{
+use measured_table::{Column, Columns, Reader, read_table};
+use serde_json::{Map, Value, json};
+use std::sync::atomic::AtomicBool;
+use tissue_identification::{
     Baseline, CANDIDATES, ContactPoint, Estimate, Fit, HeldParameter, Identification,
     IdentifyError, MasterCurve, Options, RecordKind, Replicates, ShiftBy, TableDetails, Understood,
     Weighting, identify_unless, replicates,
 };
-use measured_table::{Column, Columns, Reader, read_table};
-use serde_json::{Map, Value, json};
-use std::sync::atomic::AtomicBool;
 
 /// Contact points on the axis of a depth, m.
 const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);

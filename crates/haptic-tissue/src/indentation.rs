@@ -10,7 +10,7 @@ use haptic_loop::DepthMap;
 
 /// Times, and what a map makes of depths that are straight between them, the samples among them: so close that the depth moves
 /// by its range over `points` at most from one to the next, for e to be straight in between, however few samples the way has.
-pub(crate) fn mapped(
+pub fn mapped(
     time_s: &[f64],
     depth: &[f64],
     map: &DepthMap<f64>,
@@ -36,7 +36,7 @@ pub(crate) fn mapped(
 }
 
 /// The time between two samples at which the contact begins, if it does.
-pub(crate) fn begin_s([earlier, time]: [f64; 2], [above, depth]: [f64; 2]) -> Option<f64> {
+pub fn begin_s([earlier, time]: [f64; 2], [above, depth]: [f64; 2]) -> Option<f64> {
     let crossing = || earlier + (time - earlier) * (above / (above - depth));
     (above < 0.0 && depth > 0.0)
         .then(crossing)
@@ -63,10 +63,10 @@ fn touched(time_s: &[f64], depth_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
 /// A depth that has fallen by more than this share of its largest is a retraction, no overshoot.
 const RETRACTION: f64 = 0.1;
 /// A smaller fall counts as standing still.
-pub(crate) const NOISE: f64 = 0.01;
+pub const NOISE: f64 = 0.01;
 
 /// Number of samples before a retraction, and the largest fall before it as a share of the largest depth.
-pub(crate) fn growing(depth_m: &[f64]) -> (usize, f64) {
+pub fn growing(depth_m: &[f64]) -> (usize, f64) {
     let most = depth_m.iter().copied().fold(0.0, f64::max);
     let mut deepest = f64::NEG_INFINITY;
     let fallen = depth_m.iter().position(|&depth| {
@@ -121,7 +121,8 @@ const STILL: f64 = 1e-9;
 /// each point before it, 0.1 s for 1000 samples.
 /// ```
 /// use haptic_loop::{Loading, LoadingKind, Specimen};
-/// use haptic_tissue::{Model, ModelKind, ting};
+/// use haptic_tissue::{Model, ModelKind};
+/// use haptic_tissue::indentation::ting;
 ///
 /// let gel = Model::from_parameters(ModelKind::SpringPot, &[1000.0, 0.2])?;
 /// let sphere = Loading { radius_m: Some(5e-3), ..Loading::new(LoadingKind::Sphere) };

@@ -4,9 +4,7 @@
 
 mod export;
 mod full_history;
-#[cfg(feature = "identify")]
-pub mod identify;
-mod indentation;
+pub mod indentation;
 mod library;
 mod material;
 mod model;
@@ -14,8 +12,7 @@ mod sampled;
 
 pub use export::{Card, ExportError, ExportFormat, PronyFit};
 pub use full_history::FullHistory;
-pub use indentation::{Ting, ting};
 pub use library::Library;
-pub use material::{Material, MaterialError, MeasuredLoading, Source, ValidRange};
+pub use material::{Material, MaterialError, MeasuredLoading, STIFFENING, Source, ValidRange};
 pub use model::{MaxwellBranch, Model, ModelError, ModelKind, ModelParameter, ParameterRange};
 pub use sampled::SampledModel;

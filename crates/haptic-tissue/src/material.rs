@@ -630,7 +630,7 @@ fn parse(text: &str) -> Result<Material, Wrong> {
 }
 
 /// The key of b, beside the parameters of any model.
-pub(crate) const STIFFENING: &str = "stiffening";
+pub const STIFFENING: &str = "stiffening";
 
 fn stiffening(given: &BTreeMap<String, Spanned<Numbers>>) -> Result<f64, Wrong> {
     let Some(value) = given.get(STIFFENING) else {

@@ -9,10 +9,12 @@ use crate::refused::{OrRefused as _, refused};
 use haptic_loop::{INCOMPRESSIBLE, Specimen};
 use haptic_question::tissue::{RecordForm, RecordQuestion};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::{self, CANDIDATES, Identification, Record, RecordKind, TableDetails};
 use measured_table::Column;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tissue_identification::{
+    CANDIDATES, Identification, Record, RecordKind, TableDetails, identify_unless,
+};
 
 /// Columns of a record: t, y, strain, depth.
 type Columns<'py> = (
@@ -104,7 +106,7 @@ pub(crate) fn identify_record<'py>(
     let record = Record::together(records.collect::<PyResult<_>>()?).or_refused()?;
     let found = conduct(py, progress, Interrupted::Forgotten, move |conduct| {
         let done = |records| conduct.add(records as u64);
-        identify::identify_unless(&record, &options, conduct.stop(), &done).or_refused()
+        identify_unless(&record, &options, conduct.stop(), &done).or_refused()
     })?;
     report(py, &found)
 }

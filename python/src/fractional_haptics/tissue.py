@@ -1,4 +1,4 @@
-"""Viscoelastic tissue: models, the library, and models from records. The crate ``haptic-tissue``.
+"""Viscoelastic tissue: models, the library, and models from records. The crates ``haptic-tissue`` and ``tissue-identification``.
 
 Names of parameters carry their units: ``_pa``, ``_pa_s_alpha`` (Pa·s^α), ``_s``.
 """

@@ -31,11 +31,11 @@ use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::RigDrive;
 use haptic_quantity::{Key, digits, written};
 use haptic_run::Ran;
-use haptic_tissue::identify::{RecordKind, TableDetails, white_noise};
 use haptic_trial::tick::KeptSample;
 use measured_table::{Column, Columns, Reader, TABLE_MOST, read_bytes, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use tissue_identification::{RecordKind, TableDetails, white_noise};
 
 const RAMP_TIME: Key = Key("ramp_time_s");
 const DURATION: Key = Key("duration_s");

@@ -34,8 +34,8 @@ use haptic_link::Architecture;
 use haptic_question::design::{DesignWish, RequireName};
 use haptic_question::measurement::MeasuredAxis;
 use haptic_question::tissue::{KIND, TISSUE_MODEL, models};
-use haptic_tissue::identify::{Baseline, RecordKind, ShiftBy, Weighting};
 use haptic_trial::plant_file::calibration::CALIBRATION_KEYS;
+use tissue_identification::{Baseline, RecordKind, ShiftBy, Weighting};
 
 /// Tables that this sort of file may have, `controller`, `plant`, or `experiment`, with those of
 /// questions: heading and keys.

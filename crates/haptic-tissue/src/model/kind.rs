@@ -151,23 +151,6 @@ fracdiff::enumerated! {
     }
 }
 
-/// The models that are fitted, those with few parameters first; a Prony series with as many branches as the record shows. A classical Poynting–Thomson model is a Zener model with other numbers.
-#[cfg(feature = "identify")]
-pub const CANDIDATES: [ModelKind; 12] = [
-    ModelKind::Spring,
-    ModelKind::Dashpot,
-    ModelKind::SpringPot,
-    ModelKind::KelvinVoigt,
-    ModelKind::Maxwell,
-    ModelKind::Zener,
-    ModelKind::FractionalKelvinVoigt,
-    ModelKind::FractionalMaxwell,
-    ModelKind::FractionalZener,
-    ModelKind::FractionalPoyntingThomson,
-    ModelKind::Jeffreys,
-    ModelKind::Prony,
-];
-
 impl ModelKind {
     /// The model of a name.
     #[must_use]
@@ -214,14 +197,34 @@ impl ModelKind {
         }
     }
 
-    /// True of a sum of Maxwell elements, which is fitted by its [modes](crate::identify), not by its elements.
-    #[cfg(feature = "identify")]
+    /// True of a sum of Maxwell elements, which is fitted by its modes, not by its elements.
+    #[must_use]
     pub const fn is_sum(self) -> bool {
         matches!(self, Self::Jeffreys | Self::Prony)
     }
 
-    /// None where there are not two elements.
-    pub(crate) const fn joint(self) -> Option<Joint> {
+    /// True of a relaxation modulus, and of a complex modulus, that is neither 0 nor infinite throughout.
+    #[must_use]
+    pub const fn relaxes_and_oscillates(self) -> (bool, bool) {
+        match self {
+            Self::Dashpot => (false, false),
+            Self::KelvinVoigt | Self::Jeffreys => (false, true),
+            Self::Spring => (true, false),
+            Self::SpringPot
+            | Self::FractionalKelvinVoigt
+            | Self::Maxwell
+            | Self::FractionalMaxwell
+            | Self::Zener
+            | Self::FractionalZener
+            | Self::PoyntingThomson
+            | Self::FractionalPoyntingThomson
+            | Self::Prony => (true, true),
+        }
+    }
+
+    /// The joint of its two elements; `None` where there are not two.
+    #[must_use]
+    pub const fn joint(self) -> Option<Joint> {
         match self {
             Self::Spring | Self::Dashpot | Self::SpringPot | Self::Jeffreys | Self::Prony => None,
             Self::KelvinVoigt | Self::FractionalKelvinVoigt => Some(Joint::KelvinVoigt),

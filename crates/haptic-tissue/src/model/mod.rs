@@ -21,8 +21,6 @@ pub(crate) use form::Form;
 pub use form::MaxwellBranch;
 use fracdiff::parameter::Shown;
 use joint::Two;
-#[cfg(feature = "identify")]
-pub use kind::CANDIDATES;
 pub(crate) use kind::TWO_ELEMENTS;
 pub use kind::{ModelKind, ModelParameter, ParameterRange};
 use num_complex::Complex64;

@@ -2,7 +2,6 @@
 
 mod closed_forms;
 mod export;
-mod identify;
 mod records;
 mod rendering;
 mod ting;

@@ -1,7 +1,8 @@
 //! Indentation that shrinks, against an independent quadrature.
 
 use haptic_loop::{DepthMap, Loading, LoadingKind, Specimen};
-use haptic_tissue::{Model, ModelKind, ting};
+use haptic_tissue::indentation::ting;
+use haptic_tissue::{Model, ModelKind};
 use testkit::assert_close;
 
 /// Results of `golden/ting/make_golden.py`: its triangle of depth, its models and its maps.

@@ -11,10 +11,10 @@ use clap::Args;
 use haptic_experiment::Failure;
 use haptic_log::record::StartTime;
 use haptic_question::tissue::{RecordForm, RecordQuestion};
-use haptic_tissue::identify::Provenance;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
+use tissue_identification::Provenance;
 
 /// Turn a measured record into a tissue: relaxation, creep, oscillation or any motion
 ///

@@ -6,7 +6,7 @@ use serde_json::Value;
 use testkit::{assert_close, assert_relative, assert_says};
 
 const FISH: &str = include_str!("../../../haptic-tissue/records/fish-muscle-relaxation.tsv");
-const SWEEP: &str = include_str!("../../../haptic-tissue/tests/golden/identify/chia.csv");
+const SWEEP: &str = include_str!("../../../tissue-identification/tests/golden/identify/chia.csv");
 
 fn place() -> Place {
     let place = Place::new();
@@ -116,7 +116,7 @@ fn the_first_seconds_of_a_run_are_identified_as_what_they_are() {
     assert_eq!(report["model"], "spring-pot");
     let candidates = report["candidates"].as_array().expect("a list");
     // No sums of Maxwell elements in a log of our own.
-    let known = haptic_tissue::identify::CANDIDATES.len();
+    let known = tissue_identification::CANDIDATES.len();
     assert_eq!(candidates.len(), known - 2);
     let order = number(&report["parameters"]["order"]["value"]);
     assert_close("order", order, 0.2247, 1e-3);

@@ -17,10 +17,10 @@ use super::Press;
 use super::doubts::{back_m, known, slides};
 use crate::experiment::kind::Experiment as _;
 use haptic_quantity::written;
-use haptic_tissue::identify::{Record, sensor_noise, white_noise};
 use haptic_trial::sensor_offset::OFFSET_SAMPLES;
 use haptic_trial::tick::KeptSample;
 use measured_table::{Column, Columns};
+use tissue_identification::{Record, sensor_noise, white_noise};
 
 /// Share of the largest force by which the zero of a sensor may have moved.
 const MOVED_MOST: f64 = 0.05;
@@ -36,7 +36,7 @@ pub struct PressRecord {
     pub depth_m: Vec<f64>,
     /// Force on the specimen, N.
     pub force_n: Vec<f64>,
-    /// Columns of the force that friction, mass and damping leave open, see [`Record::with_doubts`](haptic_tissue::identify::Record::with_doubts).
+    /// Columns of the force that friction, mass and damping leave open, see [`Record::with_doubts`](tissue_identification::Record::with_doubts).
     pub doubts: Vec<Vec<f64>>,
     /// Samples in which the motor knows the force, by how the handle slides; `None` for all.
     pub known: Option<Vec<usize>>,

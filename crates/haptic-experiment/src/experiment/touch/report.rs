@@ -25,7 +25,7 @@ use haptic_message::{TickMessage, column_name};
 use haptic_run::Ran;
 use haptic_run::record::RunRecord;
 use haptic_run::remote::device_name;
-use haptic_tissue::ting;
+use haptic_tissue::indentation::ting;
 use haptic_trial::GuardChoice;
 use haptic_trial::safety::keys::{GUARD, RISE_TIME};
 use haptic_trial::sensor_offset::{SensorOffset, Tare};

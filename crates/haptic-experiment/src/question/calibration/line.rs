@@ -7,10 +7,10 @@
 
 use haptic_document::Failure;
 use haptic_question::measurement::MEASURE_FORCE_LIMIT;
-use haptic_tissue::identify::student;
 use haptic_trial::plant_file::calibration::MeasuredNumber;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
+use tissue_identification::student;
 
 /// A reading of the instrument.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

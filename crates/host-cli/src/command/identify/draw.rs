@@ -6,7 +6,7 @@ use haptic_loop::Modulus;
 use haptic_quantity::{digits, written};
 use haptic_question::analysis::logarithmic;
 use haptic_tissue::MeasuredLoading;
-use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
+use tissue_identification::{Fit, Identification, RecordKind, relative};
 
 /// Approximate number of samples of a record that are drawn over the models.
 const SPARSE: usize = 60;
@@ -190,7 +190,7 @@ fn residuals(found: &Identification, fit: &Fit) -> Vec<f64> {
 mod tests {
     use super::*;
     use haptic_tissue::ModelKind;
-    use haptic_tissue::identify::{Options, Record, identify};
+    use tissue_identification::{Options, Record, identify};
 
     #[test]
     fn a_model_at_a_third_of_the_record_is_67_percent_below_it() {

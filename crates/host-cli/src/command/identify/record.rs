@@ -8,10 +8,10 @@ use haptic_loop::Loading;
 use haptic_message::TickMessage;
 use haptic_question::tissue::RecordQuestion;
 use haptic_run::read_document;
-use haptic_tissue::identify::{SAMPLES_MOST, TableDetails, Understood};
 use measured_table::{Choice, Column, Columns, Reader, read_table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use tissue_identification::{SAMPLES_MOST, TableDetails, Understood};
 
 /// The segments that tables have to choose from.
 pub(super) fn segments(question: &RecordQuestion, paths: &[PathBuf]) -> Result<Value, Failure> {
