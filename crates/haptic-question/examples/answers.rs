@@ -6,17 +6,23 @@
 //! `.ci/run` holds what it prints here against what it prints as WebAssembly in Node.
 
 use haptic_document::{Document, Failure};
+use haptic_judge::pushed_trial::PushedTrial as _;
+use haptic_judge::wall::wall;
 use haptic_question::analysis::{Analysis, tables};
+use haptic_question::bench::BENCH;
 use haptic_question::control_loop::{ControlLoop, FormParts, LoopForm};
 use haptic_question::controller::DesignForm;
 use haptic_question::controller::report::designed;
+use haptic_question::design::{DESIGN, DesignWish, reading};
 use haptic_question::measurement::drive::on_simulated;
 use haptic_question::measurement::estimate::estimate;
 use haptic_question::measurement::{MEASUREMENT, MeasurePlan, TABLES};
 use haptic_question::plant::PlantQuestion;
 use haptic_question::plant::keys::PlantForm;
 use haptic_question::tissue::{RecordForm, RecordQuestion};
+use haptic_question::zwidth::{ZWIDTH, ZWidth};
 use haptic_trial::device_table::{device, with_devices};
+use haptic_trial::keys::wall::WALL_TABLES;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -59,20 +65,44 @@ fn step() -> String {
 fn analysed(text: &str) -> Result<Value, Failure> {
     let document = Document::of_text(Path::new("form"), text);
     let parsed = document.parse()?;
-    let known = ["analyze-stability", "analyze-transparency", "measure"];
+    let known = [
+        "analyze-stability",
+        "analyze-transparency",
+        "measure",
+        "wall",
+        "zwidth",
+        "design",
+    ];
     let (kind, table, _) = parsed.one_of(&known, &[], "question", "one table")?;
+    let stop = AtomicBool::new(false);
+    if kind == "wall" {
+        let table = with_devices(table.with_keys(WALL_TABLES)?)?;
+        return Ok(json!(wall(&table, None, [None, None])?.settled()?));
+    }
+    if kind == "zwidth" {
+        let table = with_devices(table.with_keys(&[("", ZWIDTH), ("", BENCH)])?)?;
+        let no_file = |path: &Path, _: &str| Err(Failure::bad_input(path.display()));
+        let found = ZWidth::of(&table, None)?.searched(None, &no_file, &|_| {}, &stop)?;
+        return Ok(json!(found));
+    }
+    if kind == "design" {
+        let table = with_devices(table.with_keys(&[("", DESIGN), ("", BENCH)])?)?;
+        return Ok(match reading::wish(&table)? {
+            DesignWish::Coupler => json!(reading::coupler(&table)?.answer(&stop, &|_| {})?),
+            wish => json!(reading::design(&table, wish)?.answer(&stop, &|_| {})?),
+        });
+    }
     if kind == MEASUREMENT {
         let table = with_devices(table.with_keys(&TABLES)?)?;
         let plan = MeasurePlan::read(&table)?;
         let (moved, sensors) = device(&table, plan.sample_time_s)?;
-        let stop = AtomicBool::new(false);
         let motion = on_simulated(&plan, moved, sensors, &|_| {}, &stop)?;
         return Ok(json!(estimate(&motion, false).map_err(Failure::input)?));
     }
     let table = with_devices(table.with_keys(tables(kind).unwrap_or_default())?)?;
     let unread = |path: &Path| Ok(Document::of_text(path, ""));
     let analysis = Analysis::read(kind, &table, unread).expect("an analysis")?;
-    let answer = analysis.answer(&|_| {}, &AtomicBool::new(false), &|_| {})?;
+    let answer = analysis.answer(&|_| {}, &stop, &|_| {})?;
     Ok(json!([answer, format!("{:?}", answer.drawn)]))
 }
 
@@ -107,6 +137,22 @@ fn answers() -> Result<Vec<(&'static str, Value)>, Failure> {
             analysed(&format!("[analyze-transparency]\n{WALL}"))?,
         ),
         ("device", analysed("[measure]\nduration_s = 2\n")?),
+        (
+            "tried",
+            analysed(&format!("[wall]\n{WALL}friction_n = 0.01\n"))?,
+        ),
+        (
+            "stiffest",
+            analysed("[zwidth]\nsample_time_s = 0.002\norders = [0.5]\npoints = 3\n")?,
+        ),
+        (
+            "designed",
+            analysed("[design]\nsample_time_s = 0.002\norders = [0.5]\n")?,
+        ),
+        (
+            "coupled",
+            analysed("[design]\nwish = \"coupler\"\nsample_time_s = 0.002\norders = [1]\n")?,
+        ),
     ])
 }
 
