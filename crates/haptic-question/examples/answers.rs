@@ -87,10 +87,12 @@ fn analysed(text: &str) -> Result<Value, Failure> {
     }
     if kind == "design" {
         let table = with_devices(table.with_keys(&[("", DESIGN), ("", BENCH)])?)?;
-        return Ok(match reading::wish(&table)? {
-            DesignWish::Coupler => json!(reading::coupler(&table)?.answer(&stop, &|_| {})?),
-            wish => json!(reading::design(&table, wish)?.answer(&stop, &|_| {})?),
-        });
+        let wish = reading::wish(&table)?;
+        if wish == DesignWish::Coupler {
+            return Ok(json!(reading::coupler(&table)?.answer(&stop, &|_| {})?));
+        }
+        let design = reading::design(&table, wish)?;
+        return Ok(json!(design.answer(&stop, &|_| {})?));
     }
     if kind == MEASUREMENT {
         let table = with_devices(table.with_keys(&TABLES)?)?;
