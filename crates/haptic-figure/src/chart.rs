@@ -228,11 +228,9 @@ impl ChartPage<'_> {
         } else {
             chart.axes(&curves)
         };
-        let note = match curves.iter().any(|curve| curve.is_within(&x, &y)) {
-            true => None,
-            false if points.is_empty() => Some(EMPTY.to_owned()),
-            false => Some(OUTSIDE.to_owned()),
-        };
+        let is_seen = curves.iter().any(|curve| curve.is_within(&x, &y));
+        let why = if points.is_empty() { EMPTY } else { OUTSIDE };
+        let note = (!is_seen).then(|| why.to_owned());
         let series = chart.series.iter().zip(&curves);
         let beyond = series.filter_map(|(series, curve)| chart.beyond(series, curve, &x, &y));
         Panel {

@@ -157,10 +157,14 @@ mod tests {
     #[test]
     fn no_peak_of_a_long_curve_is_lost_and_its_points_stay_few() {
         let peaks = [2_001, 77_777, 123_456, 2_999_998];
-        let curve = |n: u64| match peaks.contains(&n) {
-            true => 1e3 + n as f64,
-            false if n.is_multiple_of(7) => f64::NAN,
-            false => (n as f64 * 0.01).sin(),
+        let curve = |n: u64| {
+            if peaks.contains(&n) {
+                1e3 + n as f64
+            } else if n.is_multiple_of(7) {
+                f64::NAN
+            } else {
+                (n as f64 * 0.01).sin()
+            }
         };
         let kept = thinned(3_000_000, 0, curve);
         for peak in peaks {

@@ -156,9 +156,10 @@ fn print_table(out: &mut dyn Write, table: &ReportTable) -> io::Result<()> {
         let mut text = indent.clone();
         for (cell, (width, is_number)) in row.iter().zip(&columns) {
             let space = " ".repeat(width - cell.chars().count());
-            text += &match is_number {
-                true => format!("  {space}{}", in_line(cell)),
-                false => format!("  {}{space}", in_line(cell)),
+            text += &if *is_number {
+                format!("  {space}{}", in_line(cell))
+            } else {
+                format!("  {}{space}", in_line(cell))
             };
         }
         writeln!(out, "{}", text.trim_end())?;

@@ -204,19 +204,18 @@ impl Assembly {
         };
         let poisson_ratio = measured.poisson_ratio();
         let indented = !loading.kind.is_slab() && !self.is_of_material();
-        match indented {
-            true if !(self.0.has(Column::Force) && self.0.has(Column::Position)) => {
+        if indented {
+            if !(self.0.has(Column::Force) && self.0.has(Column::Position)) {
                 return Err(IdentifyError::Record(format!(
                     "{LOADING} {} needs columns force_n and position_m, found {}: name them by {COLUMNS}",
                     loading.kind.name(),
                     self.names()
                 )));
             }
-            true => {
-                no_effect(reading.strain, STRAIN, "")?;
-                no_effect(reading.stress_pa, STRESS, " Pa")?;
-            }
-            false => self.divide_by_specimen(&loading, measured.kind, poisson_ratio)?,
+            no_effect(reading.strain, STRAIN, "")?;
+            no_effect(reading.stress_pa, STRESS, " Pa")?;
+        } else {
+            self.divide_by_specimen(&loading, measured.kind, poisson_ratio)?;
         }
         let creeps = !reading.position_was_commanded && self.is_commanded_creep(reading, indented);
         let kind = match (reading.kind, creeps) {

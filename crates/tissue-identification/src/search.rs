@@ -300,11 +300,11 @@ pub(super) fn next_place(
         return None;
     }
     // Every third step halves the wider side, in case the vertices come from one side.
-    Some(
-        match c > 0.0 && is_new(vertex) && !round.is_multiple_of(3) {
-            true => vertex,
-            false if z - m > m - a => 0.5 * (m + z),
-            false => 0.5 * (a + m),
-        },
-    )
+    Some(if c > 0.0 && is_new(vertex) && !round.is_multiple_of(3) {
+        vertex
+    } else if z - m > m - a {
+        0.5 * (m + z)
+    } else {
+        0.5 * (a + m)
+    })
 }

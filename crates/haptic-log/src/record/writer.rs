@@ -400,10 +400,10 @@ impl LogWriter<BufWriter<File>> {
         let path = match new_file {
             Some(new_file) => {
                 // Seen here and not earlier, as nobody else writes to it: what was appended after that is in it, or in no folder.
-                let what = match new_file.part().exists() {
-                    false => Some("removed"),
-                    true if bytes < written.load(Ordering::Relaxed) => Some("emptied or cut"),
-                    true => None,
+                let what = if !new_file.part().exists() {
+                    Some("removed")
+                } else {
+                    (bytes < written.load(Ordering::Relaxed)).then_some("emptied or cut")
                 };
                 if let Some(what) = what {
                     return Err(RecordError::Lost {

@@ -250,10 +250,12 @@ impl WallDesign {
 
     /// The trials that the best wall passed.
     fn trials_in_words(&self, found: &Found) -> String {
-        let seeds = match self.device.sensors.are_ideal() {
-            true => "",
-            false if self.is_noisy() => "five of five seeds of the noise at ",
-            false => "five of five places between two encoder steps at ",
+        let seeds = if self.device.sensors.are_ideal() {
+            ""
+        } else if self.is_noisy() {
+            "five of five seeds of the noise at "
+        } else {
+            "five of five places between two encoder steps at "
         };
         let push_n = self.push_n();
         let [least, most] = [0.5, 2.0].map(|push| written("push_n", push * push_n));

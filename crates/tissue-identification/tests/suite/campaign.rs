@@ -74,10 +74,14 @@ impl Case {
         let shown: Vec<_> = shown.collect();
         let &&(model_kind, middle) = &shown[(number / 7) as usize % shown.len()];
         let size = 10_f64.powf(random.between(-1.0, 1.0));
-        let parameters = middle.iter().map(|value| match *value < 100.0 {
-            true if model_kind == ModelKind::Prony => *value,
-            true => value + random.between(-0.04, 0.04),
-            false => value * size * random.between(0.8, 1.25),
+        let parameters = middle.iter().map(|value| {
+            if *value >= 100.0 {
+                value * size * random.between(0.8, 1.25)
+            } else if model_kind == ModelKind::Prony {
+                *value
+            } else {
+                value + random.between(-0.04, 0.04)
+            }
         });
         let parameters: Vec<f64> = parameters.collect();
         let model = Model::from_parameters(model_kind, &parameters).expect("valid");
