@@ -1,9 +1,8 @@
 //! Runs that do not reach their end: stopped by a signal, by a fault, by a full disk.
 
-use crate::experiments::SHORT;
-use crate::process::{Ended, Place, column, number, until};
+use crate::process::{Ended, Place, SHORT, column, number, until};
 use std::process::Child;
-use testkit::{assert_close, assert_says, skip};
+use testkit::{assert_close, assert_says};
 
 /// A limiter bit of the log: the loop is stopping.
 const STOPPING: u8 = 8;
@@ -102,39 +101,6 @@ fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
     assert_eq!(forces.last(), Some(&0.0), "the force at the end");
 }
 
-#[test]
-fn creep_stops_at_a_termination_signal_too() {
-    let (place, log) = (Place::new(), "run/creep.mcap.part");
-    let line = "creep --realtime --out run --quiet";
-    let ended = start_and_signal(&place, line, "TERM", |_| has_grown(&place, log), || ()).failed(1);
-    assert_eq!(ended.stdout, "", "{ended}");
-    assert_eq!(place.files(), ["run/", "run/creep.mcap"]);
-    let ticks = place.run("log export run/creep.mcap -").succeeded().stdout;
-    let forces = column(&ticks, "commanded_force_n");
-    assert_eq!(forces.last(), Some(&0.0), "the force at the end");
-}
-
-#[test]
-fn a_folder_that_a_run_writes_to_is_its_own() {
-    let place = Place::new();
-    let ended = run_and_interrupt(&place, "relax --realtime --out run", || {
-        for line in [
-            "relax --duration 2s --out run",
-            "relax --duration 2s --out run --overwrite",
-            "log recover run/relax.mcap.part saved.mcap",
-        ] {
-            let refused = place.run(line).failed(2);
-            assert_says(
-                refused.error(),
-                "relax.mcap.part` is being written by another run; wait",
-            );
-        }
-    });
-    ended.failed(1);
-    assert_eq!(place.files(), ["run/", "run/relax.mcap"]);
-    place.run("log check run/relax.mcap").succeeded();
-}
-
 /// Starts `host-cli LINE` and interrupts it as soon as it listens.
 #[cfg(target_os = "linux")]
 pub(crate) fn interrupt_when_it_listens(place: &Place, line: &str) -> Ended {
@@ -170,151 +136,4 @@ fn long_searches_stop_at_ctrl_c_and_say_what_they_have() {
         );
     }
     assert!(place.text("again/report.md").contains("laim"));
-}
-
-/// The promises for a disk that took only the first of `run/`.
-fn a_full_disk_was_survived(place: &Place, ended: Ended) {
-    let words = [
-        "run/relax.mcap.part",
-        "log recover",
-        "the force fell to zero",
-    ];
-    let ended = ended.refused(4, &words);
-    // One line says the cause once.
-    assert_eq!(ended.error().matches("os error").count(), 1, "{ended}");
-    assert_eq!(place.files()[1..], ["run/relax.mcap.part"]);
-
-    let saved = place.run("log recover run/relax.mcap.part saved.mcap --json");
-    let saved = saved.failed(4).json();
-    // A sample is 69 bytes and more; compression may halve that at best.
-    let samples = number(&saved, "samples");
-    assert!(samples >= 500.0, "{saved}");
-    let check = place.json("log check saved.mcap");
-    assert_eq!(number(&check, "samples"), samples);
-    // Whole chunks of 100 ms, from the start.
-    assert_eq!(number(&check, "first_s"), 0.0);
-}
-
-/// Runs a line of the shell where no file may be longer than so many blocks of 512 bytes; nothing where the shell cannot
-/// limit it. Messages are no files.
-pub(crate) fn with_short_files(place: &Place, blocks: u32, line: &str) -> Option<Ended> {
-    let ended = place.shell(&format!("ulimit -f {blocks} && {line}"));
-    if ended.stderr.contains("ulimit") {
-        skip("the shell cannot limit the file size");
-        return None;
-    }
-    Some(ended)
-}
-
-#[test]
-fn a_limit_on_the_file_size_ends_the_run_with_what_was_written() {
-    let place = Place::new();
-    if let Some(ended) = with_short_files(&place, 200, "exec \"$0\" relax --out run") {
-        a_full_disk_was_survived(&place, ended);
-    }
-}
-
-#[test]
-fn a_disk_without_room_for_a_table_speaks_of_no_log_where_there_is_none() {
-    let place = Place::new();
-    // The table of 1000 frequencies takes 40 kB.
-    let run = "exec \"$0\" analyze sensitivity --order 0.5 --alpha 0.01 --beta 0.01 --points 1000 --out s";
-    let Some(ended) = with_short_files(&place, 8, run) else {
-        return;
-    };
-    assert!(!ended.stderr.contains("log"), "{ended}");
-    let ended = ended.failed(4);
-    assert_says(
-        ended.error(),
-        "s/sensitivity.csv & make space and try again",
-    );
-    // What was found is told all the same.
-    assert!(ended.stdout.contains("peak"), "{ended}");
-}
-
-#[test]
-#[cfg(target_os = "linux")]
-fn what_was_exported_before_the_disk_was_full_is_not_said_to_be_gone() {
-    let place = Place::new();
-    place.run(SHORT).succeeded();
-    let ended = place.shell("exec \"$0\" log export run/relax.mcap - > /dev/full");
-    assert!(!ended.stderr.contains("nothing was left"), "{ended}");
-    ended.refused(4, &["standard output", "the log is untouched: make space"]);
-}
-
-#[test]
-#[cfg(target_os = "linux")]
-fn a_full_disk_under_the_summary_is_an_error_that_says_so() {
-    let place = Place::new();
-    place.run(SHORT).succeeded();
-    place.write("x.csv", "x\n1\n2\n");
-    for line in [
-        "--help",
-        "relax --duration 1s --ramp-time 0.5s --out a",
-        "relax --duration 1s --ramp-time 0.5s --out b --json",
-        "weights --order 0.5",
-        "differintegrate --order 0.5 --sample-time 1ms x.csv",
-        "materials list",
-        "analyze stability-region --order 0.5 --delta 0.1",
-        "log check run/relax.mcap",
-        "log export run/relax.mcap -",
-        "man pages",
-    ] {
-        let ended = place.shell(&format!("exec \"$0\" {line} > /dev/full"));
-        // Not 0: the numbers did not arrive.
-        assert_eq!(ended.code, Some(4), "{ended}");
-        assert!(ended.error().contains("standard output"), "{ended}");
-    }
-}
-
-#[test]
-fn a_full_disk_under_any_file_loses_data_and_says_so() {
-    let place = Place::new();
-    place.run(SHORT).succeeded();
-    for line in [
-        "log export run/relax.mcap ticks.csv",
-        "log recover run/relax.mcap saved.mcap",
-        "log plot run/relax.mcap --out pictures",
-        "analyze stability-region --order 0.5 --delta 0.1 --out region",
-        "man pages",
-    ] {
-        let Some(ended) = with_short_files(&place, 0, &format!("exec \"$0\" {line}")) else {
-            return;
-        };
-        assert_eq!(ended.code, Some(4), "{ended}");
-        assert_eq!(ended.error().lines().count(), 1, "{ended}");
-    }
-}
-
-/// What `nohup` does: the run goes on to its end. Without it, it is ended in order.
-#[test]
-fn a_hangup_that_was_ignored_from_the_start_stays_ignored() {
-    for (before, duration, code) in [("", "300s", 1), ("trap '' HUP && ", "800ms", 0)] {
-        let place = Place::new();
-        let script = format!(
-            "{before} \"$0\" relax --realtime --duration {duration} --ramp-time 100ms --out run --quiet & \
-             while ! [ -s run/relax.mcap.part ]; do sleep 0.05; done; kill -HUP $!; wait $!"
-        );
-        let ended = place.shell(&script);
-        assert_eq!(ended.code, Some(code), "{ended}");
-        assert!(place.path("run/relax.mcap").exists(), "{ended}");
-    }
-}
-
-#[test]
-fn a_folder_that_is_removed_under_a_run_is_lost_data() {
-    let place = Place::new();
-    type Done = fn(std::path::PathBuf) -> std::io::Result<()>;
-    let removed: (Done, &str) = (std::fs::remove_file, "was removed while");
-    let emptied: (Done, &str) = (
-        |path| std::fs::File::create(path).map(drop),
-        "was emptied or cut while",
-    );
-    for (done, what) in [removed, emptied] {
-        let path = place.path(PART);
-        let line = "relax --realtime --out run --overwrite";
-        let ended = run_and_interrupt(&place, line, || done(path).expect("is done"));
-        ended.refused(4, &[PART, what, "make the run again"]);
-        let _ = std::fs::remove_file(place.path(PART));
-    }
 }

@@ -6,7 +6,6 @@ mod foxglove;
 use std::path::Path;
 use std::process::Output;
 use std::time::Duration;
-use testkit::Folder;
 
 /// No step of these tests takes a tenth of this, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -22,24 +21,11 @@ fn stderr(output: &Output) -> &str {
     std::str::from_utf8(&output.stderr).expect("UTF-8")
 }
 
-#[test]
-fn a_bad_address_is_refused_before_any_file_is_made() {
-    for address in ["8765", "127.0.0.1:65536"] {
-        let place = Folder::empty();
-        let line = format!("relax --duration 2s --foxglove={address} --out run");
-        let ended = run(&place, &line);
-        let message = stderr(&ended);
-        assert_eq!(ended.status.code(), Some(2), "{address}: {message}");
-        assert!(message.contains("IP:PORT"), "{address}: {message}");
-        assert!(!place.join("run").exists(), "{address}");
-    }
-}
-
 // `.ci/run` tests with the feature, and asks a command without it the same.
 #[cfg(not(feature = "foxglove"))]
 #[test]
 fn a_build_without_foxglove_says_so() {
-    let place = Folder::empty();
+    let place = testkit::Folder::empty();
     let ended = run(&place, "relax --duration 2s --foxglove --out run");
     let message = stderr(&ended);
     assert_eq!(ended.status.code(), Some(2), "{message}");

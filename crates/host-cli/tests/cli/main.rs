@@ -3,24 +3,14 @@
 #![cfg(unix)]
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
-mod against;
-mod analysis;
-mod control;
-mod data;
-mod design;
 mod devices;
 mod emulated;
-mod experiments;
 mod faults;
-mod first_hour;
 mod guide;
-mod identify;
 mod interrupted;
 mod live;
 mod log;
 mod measure;
-mod mistakes;
-mod others;
 mod pair;
 mod picture_file;
 mod pins;
@@ -28,13 +18,9 @@ mod press;
 mod process;
 mod public;
 mod realtime;
-mod refusals;
-mod reproduce;
-mod sensed;
+mod scenes;
 #[cfg(feature = "serve")]
 mod serve;
 mod signals;
 mod teleoperation;
 mod touch;
-#[cfg(target_os = "linux")]
-mod unwritten;

@@ -1,8 +1,7 @@
 //! Two devices in one experiment: a tissue on one, and on the other the drive that presses it.
 
 use crate::emulated::Emulated;
-use crate::interrupted::with_short_files;
-use crate::process::{Ended, Place, column, signal};
+use crate::process::{Ended, Place, column, number, signal};
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::Limiters;
 use haptic_message::TickMessage;
@@ -31,11 +30,6 @@ fn facing(options: &str) -> Emulated {
 fn prepare(place: &Place) {
     place.write("body.toml", BODY);
     place.write("servo.toml", SERVO);
-}
-
-fn number(report: &Value, key: &str) -> f64 {
-    let value = &report[key];
-    value.as_f64().unwrap_or_else(|| panic!("{key}: {value}"))
 }
 
 /// `None` on a machine so busy that it hears keep-alives late: the clocks then leave more open than a tenth of the error.
@@ -165,32 +159,6 @@ fn by_night_a_tissue_on_one_device_is_pressed_by_another() {
 #[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_two_devices_hold_a_tissue_for_200_s() {
     reaches(&facing(""), 200);
-}
-
-/// The loops of both run here; a creep test takes the force of the other device.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn loops_of_a_pair_may_run_here() {
-    let pair = facing("");
-    let host = "max_age_ticks=1000 drive_loop=host";
-    let slow = "[pid]\nproportional_gain = 900\nintegral_gain_per_s_lambda = 9000\nderivative_gain_s_mu = 12\n[loop]\nsample_time_s = 0.001\n";
-    pair.place.write("servo.toml", slow);
-    let report = pair.json(&format!(
-        "{RUN} {host} duration=3s --force-unstable --out host"
-    ));
-    assert!(number(&report, "max_relative_error") < 1e-6, "{report}");
-    let push = "[pid]\nproportional_gain = 0.3\nintegral_gain_per_s_lambda = 20\n[loop]\nsample_time_s = 0.001\n";
-    pair.place.write("servo.toml", push);
-    let creep = RUN.replace("relax", "creep");
-    let report = pair.json(&format!(
-        "{creep} {host} duration=3s --force-unstable --out creep"
-    ));
-    assert!(
-        closed_form_error(&report).is_none_or(|error| error < 0.02),
-        "{report}"
-    );
-    let peak_n = number(&report["drive"], "tracking_error_final");
-    assert!(peak_n < 0.01, "{report}");
 }
 
 /// Two boards that do not meet, each in a process of its own: the tissue's simulates the indentation.
@@ -389,23 +357,6 @@ fn by_night_two_boards_of_one_world_let_go_on_bad_lines_and_at_ctrl_c() {
     }
 }
 
-/// A log that cannot be written any more ends the run of both: in it, and before the drive has begun.
-#[test]
-fn a_full_disk_ends_the_run_of_both() {
-    let pair = facing("");
-    for blocks in [20, 400] {
-        let script = format!("exec \"$0\" {RUN} duration=100s --out run-{blocks}");
-        let Some(ended) = with_short_files(&pair.place, blocks, &script) else {
-            return;
-        };
-        assert_says(ended.failed(4).error(), "File too large");
-        for device in ["device", "white"] {
-            let info = pair.json(&format!("device info --device serial:{device}"));
-            assert_eq!(info["state"], "idle", "{info}");
-        }
-    }
-}
-
 /// A fault of the drive's board lets the tissue's go too; the drive has a log of its fault of its own.
 #[test]
 fn a_fault_of_the_drive_ends_the_run_of_both() {
@@ -449,122 +400,5 @@ fn if_one_of_two_devices_is_lost_the_other_lets_go() {
 fn by_night_if_one_of_two_devices_is_lost_at_any_moment_the_other_lets_go() {
     for n in 0..50 {
         lets_go(MISCHANCES[n as usize % MISCHANCES.len()], moment(n));
-    }
-}
-
-#[test]
-fn what_cannot_be_a_pair_is_refused_before_any_force() {
-    let pair = facing("");
-    let place = &pair.place;
-    std::os::unix::fs::symlink(place.path("white"), place.path("also")).expect("links");
-    place.write("wild.toml", SERVO.replace("8000", "80000"));
-    place.write(
-        "function.toml",
-        "[transfer_function]\nfunction = \"3000\"\n[loop]\nsample_time_s = 0.001\n",
-    );
-    place.write("quick.toml", SERVO.replace("0.001", "0.00002"));
-    place.refuses(
-        "
-        relax --device serial:white drive_device=serial:also controller=servo.toml --out no => may be the same device
-        relax --device serial:auto drive_device=serial:white controller=servo.toml --out no => may be the same device
-        relax drive_device=serial:white controller=servo.toml --out no => both devices of a drive
-        relax --device serial:device drive_device=sim controller=servo.toml --out no => both devices of a drive
-        relax --device serial:device drive_device=serial:white --out no => missing key `controller`
-        relax --device serial:device controller=servo.toml drive_loop=host --out no => drive_loop has no effect
-        relax --device serial:device controller=servo.toml contact_stiffness=1kN/m --out no => contact_stiffness_n_per_m has no effect
-        relax --device serial:device drive_device=serial:white controller=function.toml --out no => `drive_loop` = host
-        relax --device serial:device drive_device=serial:white controller=servo.toml duration=2000s --out no => at most 1000000 samples
-        creep --device serial:device drive_device=serial:white controller=servo.toml --out no => `drive_loop` = host
-        ",
-    );
-    let wild = RUN.replace("servo", "wild");
-    place
-        .run(&format!("{wild} --out no"))
-        .refused(2, &["unstable"]);
-    let quick = RUN.replace("servo", "quick");
-    place
-        .run(&format!("{quick} sample_time=20us duration=3s --out no"))
-        .refused(2, &["sample time", "serial:device"]);
-    let gone = RUN.replace("white", "gone");
-    place
-        .run(&format!("{gone} --out no"))
-        .refused(3, &["serial:gone"]);
-    assert!(!place.path("no").exists());
-    for device in ["device", "white"] {
-        let info = pair.json(&format!("device info --device serial:{device}"));
-        assert_eq!(info["state"], "idle", "{info}");
-    }
-}
-
-/// A wall of this stiffness, N/m, into which the second device pushes.
-fn pushed(pair: &Emulated, stiffness: f64) {
-    let text = format!(
-        "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 1\nduration_s = 1.0\nwindow_s = 0.2\n\
-         stiffness_n_per_m = {stiffness:?}\ndissipation_n_s_mu_per_m = 2.0\n[drive]\ndrive_device = \"serial:white\"\n"
-    );
-    pair.place.write("wall.toml", text);
-}
-
-const PUSHED: &str =
-    "run wall.toml --device serial:device watchdog=1s --quiet --overwrite --out run";
-/// Limits within which it may push.
-const MAY_PUSH: &str = "device set --device serial:white force_limit=3N workspace=-0.3m:0.3m speed_limit=2m/s rise_time=5ms";
-
-#[test]
-fn a_second_device_pushes_into_a_wall_within_lasting_limits() {
-    let pair = facing("--speed 8");
-    let place = &pair.place;
-    pushed(&pair, 500.0);
-    let words = [
-        "lasting limits of force, workspace and speed",
-        "serial:white",
-    ];
-    place.run(PUSHED).refused(2, &words);
-    pair.json(MAY_PUSH);
-    let words = ["push_n = 4 is above the device's own force limit of 3 N"];
-    place.run(&format!("{PUSHED} push=4N")).refused(2, &words);
-    assert!(!place.path("run").exists());
-    let report = pair.json(PUSHED);
-    assert_eq!(report["push_by"], "second_device", "{report}");
-    // Nothing taps it: friction could be all that holds it.
-    assert_eq!(report["verdict"], "held-by-friction", "{report}");
-    let words = "held by friction & nothing tapped it & without [drive]";
-    assert_says(&report["warnings"].to_string(), words);
-    assert_eq!(report["stable"], false, "{report}");
-    let deflection_m = number(&report, "deflection_m");
-    assert!((deflection_m - 2e-3).abs() < 2e-5, "{report}");
-    assert!(number(&report, "max_relative_error") < 1e-4, "{report}");
-    // The contact, 100 kN/m, gives by the push, to the end: the second device holds on until the first is done.
-    let table = place.text("run/wall.csv");
-    assert!(
-        table.starts_with("time_s,position_m,reaction_force_n,indenter_position_m,drive_force_n\n")
-    );
-    let row = table.lines().next_back().expect("a row").split(',');
-    let row: Vec<f64> = row.map(|value| value.parse().expect("a number")).collect();
-    assert!((row[3] - row[1] - 1e-5).abs() < 1e-7, "{row:?}");
-    assert_close("row[4]", row[4], 1.0, 1e-6);
-    place.run("log check run/wall.mcap").succeeded();
-    // Boards that simulate masses of their own do not meet.
-    let apart = Apart::new("");
-    pushed(&apart.tissue, 500.0);
-    apart.tissue.json(MAY_PUSH);
-    let words = ["serial:device simulates a mass of its own"];
-    apart.tissue.place.run(PUSHED).refused(2, &words);
-}
-
-#[test]
-fn the_first_swing_of_a_wall_and_a_fault_of_either_device_let_both_go() {
-    let pair = facing("--speed 8");
-    pair.json(MAY_PUSH);
-    for (limits, stiffness, words) in [
-        ("device rise_time=5ms", 1.5e5, "the law swung"),
-        ("device workspace=-0.3m:0.5mm", 500.0, "left its workspace"),
-        ("white speed_limit=1mm/s", 500.0, "drive serial:white"),
-    ] {
-        pair.json(&format!("device set --device serial:{limits}"));
-        pushed(&pair, stiffness);
-        let ended = (pair.place).run(&format!("{PUSHED} --force-unstable"));
-        assert_says(ended.failed(1).error(), &format!("force & {words}"));
-        both_let_go(&pair.place.path("run/wall.mcap"), words);
     }
 }

@@ -89,55 +89,6 @@ fn existing_files_are_refused_unless_overwriting_is_wanted() {
     assert_says(&nowhere, "check that the folder exists");
 }
 
-#[cfg(feature = "png")]
-#[test]
-fn a_command_draws_at_the_width_in_the_formats_and_of_the_panel_that_are_asked_for() {
-    let place = Place::new();
-    let line = "control simulate --plant 1/(s+1) --duration 5s --out p --figure-width 85mm";
-    place
-        .run(&format!(
-            "{line} --figure-format pdf,svg --panel b --no-title"
-        ))
-        .succeeded();
-    let files = ["p/", "p/response.csv", "p/response.pdf", "p/response.svg"];
-    assert_eq!(place.files(), files);
-    let svg = place.text("p/response.svg");
-    assert!(
-        svg.contains(r#" width="85mm" "#) && svg.contains("command") && !svg.contains("A plant")
-    );
-    assert!(!svg.contains(">output<"), "the other panel");
-    assert!(place.read("p/response.pdf").starts_with(b"%PDF-"));
-    // Files of formats that are not asked for any more would pass for pictures of this run.
-    place.run(&format!("{line} --overwrite")).succeeded();
-    assert_eq!(
-        place.files(),
-        ["p/", "p/response.csv", "p/response.png", "p/response.svg"]
-    );
-}
-
-#[test]
-fn what_no_picture_can_be_is_refused_with_what_it_can() {
-    let place = Place::new();
-    for (option, refusal) in [
-        ("--figure-width 85", "85mm"),
-        ("--figure-width 5mm", "60 mm to 500 mm"),
-        ("--figure-width wide", "wide"),
-        ("--figure-width 85g", "85g"),
-        ("--figure-format gif", "svg"),
-        ("--figure-format svg,,png", "svg"),
-        ("--panel e", "a (output), b (command)"),
-        ("--panel 0", "a (output), b (command)"),
-        ("--panel outside", "a (output), b (command)"),
-    ] {
-        let line = format!("control simulate --plant 1/(s+1) --duration 5s --out p {option}");
-        let ended = place.run(&line);
-
-        assert_says(ended.error(), refusal);
-        assert!(!place.path("p/response.svg").exists(), "{option}");
-        let _ = std::fs::remove_dir_all(place.path("p"));
-    }
-}
-
 #[test]
 fn a_panel_that_a_run_will_not_have_is_refused_before_it_with_those_that_it_has() {
     let place = Place::with_examples();

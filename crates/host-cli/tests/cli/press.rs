@@ -1,7 +1,6 @@
 //! A specimen on an emulated board is measured, and its tissue felt on the same board.
 
 use crate::devices::{Emulated, at};
-use crate::process::Place;
 
 /// True if the truth lies within twice the interval: the clock draws the readings of the tare, so of four intervals of 95 % one run in five would miss one,
 /// and of twice their width one in some thousands.
@@ -34,38 +33,4 @@ fn a_tissue_at_the_handle_of_a_board_is_measured_and_then_felt_on_it() {
         assert_eq!(felt["tissue"], "gel");
         assert!(at(&felt, "/max_relative_error") < 1e-3, "{felt}");
     }
-}
-
-#[test]
-fn a_press_is_drawn_over_time_and_over_depth_with_its_sensor_if_there_is_one() {
-    let place = Place::new();
-    for (sensor, is_there) in [("", false), ("sensed_range=20N", true)] {
-        place.json(&format!(
-            "press --hold-time 1s {sensor} --out p --quiet --overwrite"
-        ));
-        let svg = place.text("p/press.svg");
-        for text in [">motor<", ">wanted<", ">handle<", "(c) force over depth"] {
-            assert!(svg.contains(text), "{text}");
-        }
-        assert_eq!(svg.contains(">sensor<"), is_there);
-    }
-}
-
-#[test]
-fn what_no_specimen_can_be_is_refused_in_a_line() {
-    Place::new().refuses(
-        "
-        device emulate specimen=unicorn => specimen=unicorn | known are | spring-pot
-        device emulate specimen=none.toml => none.toml
-        device emulate specimen=spring area=0m2 => area=0m2 | above 0
-        device emulate specimen=spring thickness=-1mm => thickness=-1mm | above 0
-        device emulate specimen=spring loading=sphere => indenter_radius
-        device emulate specimen=spring loading=hug => loading=hug | sphere
-        device emulate area=4cm2 => area=4cm2 | specimen=fish-muscle
-        device emulate specimen=spring specimen=dashpot => twice
-        device emulate --axes 2 specimen=spring => one axis | --axes
-        device emulate --kind moteus specimen=spring => --kind own
-        device emulate --link blue --facing white specimen=spring => --facing
-        ",
-    );
 }

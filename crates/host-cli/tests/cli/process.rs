@@ -123,13 +123,6 @@ impl Place {
         command.spawn().expect("the binary starts")
     }
 
-    /// Each line of a table of [`cases`] is refused with exit code 2.
-    pub(crate) fn refuses(&self, table: &str) {
-        for (line, wanted) in cases(table) {
-            self.run(line).refused(2, &wanted);
-        }
-    }
-
     /// Waits until this process has made this file, not longer than it lives.
     pub(crate) fn wait_for(&self, name: &str, maker: &mut Child) {
         if !self.grows(name, 0, maker) {
@@ -201,15 +194,21 @@ impl Ended {
 
     /// Exit code 0 and nothing on standard error, not even a warning.
     pub(crate) fn succeeded(self) -> Self {
-        let warned = self.succeeded_with_warnings();
-        assert_eq!(warned.stderr, "", "{warned}");
-        warned
+        let fault = self.fault_in_success(true);
+        self.without(fault)
     }
 
     /// Exit code 0; on standard error nothing but warnings.
     pub(crate) fn succeeded_with_warnings(self) -> Self {
-        assert_eq!(self.code, Some(0), "{self}");
-        assert!(self.strange_line().is_none(), "{self}");
+        let fault = self.fault_in_success(false);
+        self.without(fault)
+    }
+
+    /// Panics with this fault, if there is one.
+    fn without(self, fault: Option<String>) -> Self {
+        if let Some(fault) = fault {
+            panic!("{fault}: {self}");
+        }
         self
     }
 
@@ -225,15 +224,25 @@ impl Ended {
 
     /// This exit code, and one line that starts with `error: ` at the end of standard error.
     pub(crate) fn failed(self, code: i32) -> Self {
-        if let Some(complaint) = self.fault_in_failure(code) {
-            panic!("{complaint}: {self}");
+        let fault = self.fault_in_failure(code);
+        self.without(fault)
+    }
+
+    /// The mistake in this success, if there is one; silent ones do not warn either.
+    pub(crate) fn fault_in_success(&self, is_silent: bool) -> Option<String> {
+        if self.code != Some(0) {
+            Some(format!("exit code is {:?}, not 0", self.code))
+        } else if is_silent && !self.stderr.is_empty() {
+            Some("something on standard error".to_owned())
+        } else {
+            let line = self.strange_line()?;
+            Some(format!("\"{line}\" is neither error nor warning"))
         }
-        self
     }
 
     /// The mistake in this failure, if there is one: its exit code, or an error that is not exactly one
     /// line `error: …` behind warnings.
-    fn fault_in_failure(&self, code: i32) -> Option<String> {
+    pub(crate) fn fault_in_failure(&self, code: i32) -> Option<String> {
         let is_error = |line: &&str| line.starts_with("error: ");
         let errors = self.stderr.lines().filter(is_error).count();
         if self.code != Some(code) {
@@ -262,10 +271,8 @@ impl Ended {
 
     /// Panics with the [`complaint`](Self::complaint), if there is one.
     pub(crate) fn refused(self, code: i32, words: &[&str]) -> Self {
-        if let Some(complaint) = self.complaint(code, words) {
-            panic!("{complaint}");
-        }
-        self
+        let fault = self.complaint(code, words);
+        self.without(fault)
     }
 
     /// The last line of standard error, but for the line of a file that is shown under it.
@@ -297,11 +304,6 @@ impl Ended {
         assert!(value.is_object(), "{self}");
         value
     }
-
-    /// The CSV on standard output; see [`table`].
-    pub(crate) fn table(&self, header: &str) -> Vec<Vec<f64>> {
-        table(&self.stdout, header)
-    }
 }
 
 impl fmt::Display for Ended {
@@ -331,36 +333,6 @@ pub(crate) fn column(text: &str, name: &str) -> Vec<f64> {
     rows.records()
         .map(|row| number(row.expect("a row")))
         .collect()
-}
-
-/// The rows of a CSV text that has this header and numbers only.
-pub(crate) fn table(text: &str, header: &str) -> Vec<Vec<f64>> {
-    let mut lines = text.lines();
-    assert_eq!(lines.next(), Some(header), "header");
-    let cell = |cell: &str| {
-        cell.parse()
-            .unwrap_or_else(|_| panic!("\"{cell}\" is a number"))
-    };
-    lines
-        .map(|line| line.split(',').map(cell).collect())
-        .collect()
-}
-
-/// The rows `LINE => WORD | WORD` of a table: a line to run, and what has to be said of it. A row that is long goes on
-/// with its `=>` in the next line; a row that starts with `#` is a remark.
-pub(crate) fn cases(table: &str) -> Vec<(&str, Vec<&str>)> {
-    let mut cases = Vec::new();
-    let mut begun = "";
-    let rows = table.lines().map(str::trim);
-    for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {
-        match row.split_once("=> ") {
-            Some(("", words)) => cases.push((begun, words.split(" | ").collect())),
-            Some((line, words)) => cases.push((line.trim_end(), words.split(" | ").collect())),
-            None => begun = row,
-        }
-    }
-    assert!(!cases.is_empty(), "no case in the table");
-    cases
 }
 
 /// This is so; else what was said is shown.
@@ -397,3 +369,6 @@ pub(crate) fn keys(object: &serde_json::Value) -> String {
     keys.sort_unstable();
     keys.join(" ")
 }
+
+/// A run of 3001 samples: ramp until 0.5 s, hold until 3 s.
+pub(crate) const SHORT: &str = "relax --duration 3s --ramp-time 0.5s --out run";

@@ -92,33 +92,6 @@ fn a_run_by_the_clock_says_where_its_time_went_and_keeps_it_in_the_log() {
     }
 }
 
-#[test]
-fn a_wall_by_the_clock_says_so_too() {
-    let place = Place::new();
-    place.write(
-        "wall.toml",
-        "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 1e-3\norder = 0.5\n\
-         stiffness_n_per_m = 100.0\ndissipation_n_s_mu_per_m = 1.0\nduration_s = 0.5\nwindow_s = 0.1\n",
-    );
-    let ended = place.run("run wall.toml --realtime --priority off --json");
-    let report = ended.succeeded_with_warnings().json();
-    is_whole(&report);
-    assert_eq!(report["realtime"]["priority"], Value::Null);
-}
-
-#[test]
-fn in_virtual_time_there_is_no_clock_to_report() {
-    let place = Place::new();
-    let line = "relax --duration 1s --ramp-time 0.5s --out run --json";
-    let report = place.run(line).succeeded().json();
-    assert_eq!(report["realtime"], Value::Null);
-    let info = place.json("log info run/relax.mcap");
-    // Parameters, when it began, how it ended, and what is to be thought of it.
-    let records = info["metadata"].as_array().expect("records");
-    let names: Vec<&Value> = records.iter().map(|record| &record["name"]).collect();
-    assert_eq!(names, ["experiment", "clock", "end", "verdict"]);
-}
-
 /// Runs without the privileges of a superuser, whoever starts this.
 #[test]
 #[cfg(target_os = "linux")]

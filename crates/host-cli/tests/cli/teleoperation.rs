@@ -2,7 +2,6 @@
 
 use crate::process::{Ended, Place, column, number, signal};
 use std::io::{BufRead as _, BufReader};
-use std::net::UdpSocket;
 use std::process::Child;
 use testkit::{assert_close, assert_says};
 
@@ -174,70 +173,4 @@ fn the_wrong_peer_is_refused_in_one_line() {
             "the other side has the architecture & give both the same & no force was applied",
         );
     }
-    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    let address = socket.local_addr().expect("bound");
-    // Nobody at all.
-    drop(socket);
-    let line = format!("teleoperate --connect {address} --patience 300ms --quiet");
-    let nobody = place.run(&line);
-    nobody.refused(3, &["nobody answers at", "--listen"]);
-    let nobody = place.run("teleoperate --listen 127.0.0.1:0 --patience 300ms --quiet");
-    nobody.refused(3, &["nobody connected to", "--connect"]);
-}
-
-#[test]
-fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
-    let place = Place::new();
-    place.write("wall.toml", "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 0.5\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 6\n");
-    place.refuses(
-        "
-        analyze teleoperation --line-delay -1ms => line_delay_s = -0.001 is not
-        analyze teleoperation --playout 3 => --playout has no effect | --architecture wave
-        teleoperate => --listen ADDRESS:PORT | --connect ADDRESS:PORT
-        teleoperate --listen nowhere => not an address with a port | give --listen
-        teleoperate wall.toml --listen 127.0.0.1:0 => describes another experiment | [teleoperation]
-        ",
-    );
-}
-
-#[test]
-fn a_remote_place_that_the_slave_cannot_touch_is_refused_before_anything_moves() {
-    let place = Place::new();
-    // As heavy as three slaves, told a sample late.
-    let text = "[teleoperation]\narchitecture = \"time-domain\"\nenvironment = \"wall\"\nwall_order = 2\n\
-                wall_dissipation_n_s_mu_per_m = 0.2\nduration_s = 3\nwindow_s = 1\n";
-    place.write("heavy.toml", text);
-    let words = [
-        "the slave in its remote environment",
-        "would be unstable",
-        "--force-unstable",
-    ];
-    place.run("run heavy.toml --out heavy").refused(2, &words);
-    let listen = "teleoperate heavy.toml --listen 127.0.0.1:0 --patience 300ms --quiet";
-    place.run(listen).refused(2, &words);
-    assert_eq!(place.files(), ["heavy.toml"]);
-    let forced = place.run("run heavy.toml --out heavy --force-unstable --json");
-    assert_ne!(forced.code, Some(2), "{}", forced.stderr);
-    assert_eq!(forced.json()["preflight"]["stable"], false);
-    // One that it can touch: the verdict is in the report.
-    place.write("light.toml", text.replace("0.2", "0.02"));
-    let light = place.run("run light.toml --out light --json");
-    let report = light.succeeded_with_warnings().json();
-    assert_eq!(report["preflight"]["stable"], true);
-}
-
-#[test]
-fn a_line_that_gives_energy_fails_where_it_must_be_passive() {
-    let place = Place::new();
-    let text = "[teleoperation]\nenvironment = \"wall\"\nwall_stiffness_n_per_m = 500\ncoupler_dissipation_n_s_mu_per_m = 0\n\
-                line_delay_s = 0.1\nduration_s = 4\nwindow_s = 2\nmust_be_passive = true\n";
-    place.write("late.toml", text);
-    let ended = place.run("run late.toml --json --out late").failed(1);
-    assert_eq!(ended.json()["verdict"], "gave-energy");
-    assert_says(ended.error(), "must_be_passive");
-    let head = "[teleoperation]\n";
-    let passive = text.replace(head, &format!("{head}architecture = \"time-domain\"\n"));
-    place.write("passive.toml", passive);
-    let report = place.json("run passive.toml --out passive");
-    assert_eq!(report["verdict"], "passive");
 }

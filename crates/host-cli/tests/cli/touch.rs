@@ -1,79 +1,8 @@
 //! A hand over a shape: run, log, table and picture of several axes.
 
 use crate::devices::Emulated;
-use crate::process::{Place, number};
+use crate::process::number;
 use testkit::assert_says;
-
-const DISC: &str = include_str!("../../../../experiments/touch-disc.toml");
-
-#[test]
-fn a_touch_runs_from_its_file_to_table_and_picture() {
-    let place = Place::new();
-    place.write("disc.toml", DISC);
-    let report = place.json("run disc.toml --out disc");
-    assert_eq!(report["verdict"], "passive", "{report}");
-    assert_eq!(number(&report, "samples"), 5001.0);
-    let files = place.files();
-    for ending in "mcap csv png svg".split(' ') {
-        let file = format!("disc/touch.{ending}");
-        assert!(files.contains(&file), "{files:?}");
-    }
-    let table = place.text("disc/touch.csv");
-    let header =
-        "time_s,reference_x_m,reference_y_m,position_x_m,position_y_m,force_x_n,force_y_n,depth_m";
-    assert_eq!(table.lines().next(), Some(header));
-    assert_eq!(table.lines().count(), 5002);
-
-    place.run("log check disc/touch.mcap").succeeded();
-    let exported = place.json("log export disc/touch.mcap --out table");
-    assert_eq!(number(&exported, "samples"), 5001.0);
-    let columns = place.text("table/touch.ticks.csv");
-    let columns: Vec<&str> = columns
-        .lines()
-        .next()
-        .expect("a header")
-        .split(',')
-        .collect();
-    assert_eq!(columns.len(), 21);
-    assert!(columns.contains(&"position_x_m") && columns.contains(&"sensed_force_y_n"));
-    place.run("log plot disc/touch.mcap --out path").succeeded();
-    assert_says(&place.text("path/touch.log.svg"), "x / mm & y / mm");
-    let info = place.run("log info disc/touch.mcap").succeeded().stdout;
-    assert_says(&info, "effective_mass_least_kg");
-}
-
-#[test]
-fn by_the_clock_a_touch_is_the_same() {
-    let place = Place::new();
-    let file = "[touch]\nduration_s = 0.2\nsample_time_s = 0.005\n";
-    place.write("short.toml", file);
-    let virtual_time = place.json("run short.toml --out a");
-    let clock = place.run("run short.toml --realtime --priority off --out b --json");
-    let clock = clock.succeeded_with_warnings().json();
-    assert_eq!(virtual_time["largest_depth_m"], clock["largest_depth_m"]);
-    assert_eq!(place.read("a/touch.csv"), place.read("b/touch.csv"));
-}
-
-#[test]
-fn a_touch_that_must_be_passive_and_is_not_ends_with_1_and_a_fault_too() {
-    let place = Place::new();
-    place.write(
-        "stiff.toml",
-        "[touch]\nshape = \"plane\"\nstiffness_n_per_m = 60000\ndissipation_n_s_mu_per_m = 0\nduration_s = 1\nforce_limit_n = 50\n\
-         way_points = [[0, -0.005, 0], [0.5, 0.005, 0]]\nmust_be_passive = true\n",
-    );
-    let ended = place.run("run stiff.toml --out stiff").failed(1);
-    assert_says(ended.error(), "must_be_passive");
-    place.write(
-        "out.toml",
-        "[touch]\nshape = \"plane\"\nsurface_m = 1\nway_points = [[0, 0, 0], [0.2, 0.1, 0]]\nduration_s = 1\n\
-         box_low_m = [-0.05, -0.05]\nbox_high_m = [0.05, 0.05]\n",
-    );
-    assert_says(
-        place.run("run out.toml --out out").failed(1).error(),
-        "workspace",
-    );
-}
 
 /// An edge, into which the hand of the emulated board pushes, slowly enough for a busy machine.
 const EDGE: &str = "[touch]\nshape = \"plane\"\nsurface_m = 0.001\nstiffness_n_per_m = 200\ndissipation_n_s_mu_per_m = 5\norder = 0.3\n\
@@ -121,21 +50,6 @@ fn a_touch_on_an_emulated_board_of_two_axes_is_felt_along_the_normal() {
     assert_eq!((y, force_y), (0.0, 0.0));
     place.run("log check edge/touch.mcap").succeeded();
     assert!(place.text("edge/touch.svg").contains("x / mm"));
-
-    // The other way round, and another number: one line, before anything moves.
-    let line = place.run("relax --device serial:device --duration 5s");
-    line.refused(2, &["has 2 axes", "`axes` = 2"]);
-}
-
-#[test]
-fn a_touch_on_a_board_of_one_axis_is_refused() {
-    let device = Emulated::new("");
-    let place = device.place();
-    place.write("edge.toml", EDGE);
-    for on_plane in [ON_PLANE, &ON_PLANE.replace("host", "device")] {
-        let ended = place.run(&format!("run edge.toml {on_plane}"));
-        ended.refused(2, &["has one axis", "has 2", "[wall]"]);
-    }
 }
 
 /// The device renders each shape by itself: what it made is held against the full history of the depth, and lies on the normal.

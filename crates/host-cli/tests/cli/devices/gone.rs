@@ -48,6 +48,14 @@ fn a_run_is_not_usable(kind: &str, device: &str) {
     emulated.kill();
     let ended = Ended::new(line, &run.wait_with_output().expect("ends")).failed(3);
     assert_says(ended.error(), "the log is run/relax.mcap");
+    let info = emulated.json("log info run/relax.mcap");
+    assert_eq!(info["complete"], true, "{info}");
+    holds(number(&info["end"], "planned_samples") > 6e4, &info);
+    // Nobody knows how many samples our board still made; that of others is in a fault.
+    if kind.is_empty() {
+        assert_eq!(info["end"]["ended"], "link", "{info}");
+        emulated.place.run("log check run/relax.mcap").failed(4);
+    }
 }
 
 /// Reads the standard error of a command until a line says this, then pulls the plug of its device; how the command ended, or `None` if it
@@ -106,41 +114,6 @@ fn a_measurement_of_a_device_that_goes_away_tells_no_numbers() {
         assert_eq!(ended.stdout, "", "{ended}");
         assert!(!device.place.path("model.toml").exists());
     }
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_touch_on_a_device_that_goes_away_keeps_its_log() {
-    let kinds = [("--axes 2", "serial:device"), KINDS[2]];
-    at_the_same_time(&kinds, a_touch_keeps_its_log);
-}
-
-fn a_touch_keeps_its_log(kind: &str, name: &str) {
-    let mut device = Emulated::at_terminal("device", kind);
-    device.place.write(
-            "touch.toml",
-            "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n_per_m = 40\nforce_limit_n = 1\nsample_time_s = 0.01\n\
-             duration_s = 300\nmass_kg = 0.1\n",
-        );
-    let line = format!(
-        "run touch.toml --device {name} --loop host watchdog=1s late_ticks=0 max_age_ticks=200 --force-unstable --out run --quiet \
-         --json"
-    );
-    // On a busy machine the line is late, and a wall behind it unstable: that is not asked here.
-    let mut run = device.place.start(&line);
-    // Or it has ended: a busy machine may lose the board before its first tick.
-    device.place.grows("run/touch.mcap.part", 0, &mut run);
-    std::thread::sleep(Duration::from_millis(200));
-    device.kill();
-    let ended = run.wait_with_output().expect("ends");
-    let ended = Ended::new(line, &ended).failed(3);
-    says_that_it_is_gone(&ended);
-    if !device.place.path("run/touch.mcap").exists() {
-        testkit::skip_for_load(&format!("no log of a run: {}", ended.error()));
-        return;
-    }
-    holds(ended.error().contains("the log is run/touch.mcap"), &ended);
-    assert!(number(&ended.json(), "peak_force_n") <= 1.0, "{ended}");
 }
 
 /// Logs of a monitor that are written to, and whole ones.

@@ -70,37 +70,3 @@ fn a_drive_holds_the_device_itself_by_the_bits_of_the_hosts_controller() {
     let info = device.json("device info --device serial:device");
     assert_eq!(at(&info, "/controller_sample_time_min_s"), 1e-4);
 }
-
-#[test]
-fn a_drive_that_the_device_cannot_run_is_refused_before_a_force() {
-    let device = device("");
-    let place = &device.place;
-    place.write("wild.toml", PID.replace("= 300", "= 3e5"));
-    place.write("fast.toml", PID.replace("= 1e-3", "= 1e-4"));
-    place.write("push.toml", "[creep]\n[drive]\ncontroller = \"pid.toml\"\n");
-    let function = "[transfer_function]\nfunction = \"1/(s+1)\"\n[loop]\nsample_time_s = 1e-3\n";
-    place.write("function.toml", function);
-    place.refuses(
-        "
-        relax --device serial:device --controller wild.toml => unstable before it touches | of its gain | --force-unstable
-        relax --device serial:device --controller wild.toml device_mass=6.5g device_damping=1 => unstable before it touches
-        relax --device serial:device --controller fast.toml --sample-time 0.1ms => sample time (ms) 0.1 | fewer numbers | `memory_s`
-        run push.toml --device serial:device => no device measures | [relax]
-        relax --device serial:device --controller pid.toml --loop host => --loop device
-        relax --device serial:device --controller function.toml => transfer function | PI
-        ",
-    );
-    assert!(!place.files().iter().any(|file| file.contains(".mcap")));
-    // Nothing ran.
-    let info = device.json("device info --device serial:device");
-    assert_eq!(info["state"], "idle");
-}
-
-#[test]
-fn a_device_without_controllers_says_so() {
-    let device = Emulated::at_terminal("device", "--kind haply-2diy");
-    device.place.write("pid.toml", PID);
-    let line = "relax --device haply:device,axis=x device_mass=65g device_damping=3.5 --controller pid.toml";
-    let ended = device.place.run(line);
-    ended.refused(3, &["cannot run a controller on its own", "another board"]);
-}

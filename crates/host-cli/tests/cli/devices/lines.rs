@@ -8,11 +8,9 @@ use serialport::{SerialPort as _, TTYPort};
 use std::io::{Read as _, Write as _};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
-use std::process::{Child, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
-use testkit::assert_says;
+use std::time::Duration;
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -46,101 +44,6 @@ fn a_bad_line_is_counted_and_survived() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_run_and_the_check_of_its_log_count_the_same_samples_missing() {
-    // The first of these lines loses the first samples; another only if a retry on a busy machine shifts it.
-    let mut lost_first = false;
-    for seed in 100..120 {
-        let device = Emulated::new(&format!("drop=40% line_seed={seed} --speed 4"));
-        let line = RELAX.replace("--duration 4s", "--duration 1s");
-        let ended = device.place.run(&format!("{line} --json"));
-        // A line as bad as this may end the run, or let none begin.
-        let Ok(report) = serde_json::from_str::<Value>(&ended.stdout) else {
-            continue;
-        };
-        let check = device.place.run("log check run/relax.mcap --json");
-        let check = check.failed(4).json();
-        assert_eq!(
-            check["missing_samples"], report["dropped_samples"],
-            "seed {seed}: {report} {check}"
-        );
-        assert_eq!(check["end"]["dropped_samples"], report["dropped_samples"]);
-        // The rise of the force comes first.
-        assert_eq!(at(&check, "/end/planned_samples"), 1502.0);
-        lost_first = at(&check, "/missing_at_start") > 0.0;
-        if lost_first {
-            break;
-        }
-    }
-    assert!(lost_first, "no line lost the first sample");
-}
-
-/// A relaxation that has some hundred samples.
-fn under_way(device: &Emulated, line: &str, stderr: Stdio) -> Child {
-    let mut run = device.place.command(line);
-    let run = run.stderr(stderr).stdout(Stdio::null()).spawn();
-    let mut run = run.expect("runs");
-    let grew = device.place.grows("run/relax.mcap.part", 40_000, &mut run);
-    assert!(grew, "ended before its end");
-    run
-}
-
-#[test]
-fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
-    let mut device = Emulated::at_terminal("device", "");
-    let line = RELAX.replace("--duration 4s", "--duration 60s");
-    let run = under_way(&device, &line, Stdio::piped());
-    device.kill();
-    let ended = run.wait_with_output().expect("ends");
-    let error = String::from_utf8_lossy(&ended.stderr).into_owned();
-    assert_eq!(ended.status.code(), Some(3), "{error}");
-    assert_says(&error, "the connection is gone");
-    let info = device.json("log info run/relax.mcap");
-    assert_eq!(info["complete"], true);
-    assert!(at(&info, "/samples") > 50.0, "{info}");
-    // Nobody knows how many samples the device still made.
-    let check = device.place.run("log check run/relax.mcap").failed(4);
-    assert!(check.error().contains("the link was lost"), "{check}");
-    assert_eq!(info["end"]["planned_samples"], 60502);
-    let reason = info["end"]["reason"].as_str().expect("a text");
-    assert_says(&reason, "the connection is gone");
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_host_that_is_killed_leaves_a_device_without_force() {
-    let device = Emulated::new("");
-    let line = RELAX.replace("watchdog=1s", "watchdog=300ms");
-    let mut run = under_way(&device, &line, Stdio::null());
-    run.kill().expect("can be killed");
-    run.wait().expect("ends");
-    std::thread::sleep(Duration::from_millis(600));
-    let info = device.json("device info --device serial:device");
-    assert_eq!(info["state"], "in a fault", "{info}");
-    let fault = info["fault"].as_str().expect("a fault");
-    assert_says(&fault, "heard nothing from the host");
-    // What it left of its log can be saved.
-    let saved = device
-        .place
-        .run("log recover run/relax.mcap.part saved.mcap --json");
-    assert!(matches!(saved.code, Some(0 | 4)), "{saved}");
-}
-
-/// A trial without some of its samples says nothing about the wall: it is no wall that buzzes.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_search_on_a_line_that_loses_samples_says_so_instead_of_a_softer_wall() {
-    let device = Emulated::new("--speed 20 drop=10% line_seed=7");
-    device.loosen();
-    let line = "zwidth --orders 1 --points 2 duration=0.5s window=0.2s --device serial:device watchdog=1s --quiet --json";
-    let words = [
-        "error: device: samples were missing in 10 trials in a row",
-        "better line",
-    ];
-    device.place.run(line).refused(4, &words);
-}
-
-#[test]
 fn a_port_that_is_in_use_is_refused() {
     let device = Emulated::at_terminal("device", "");
     let path = device.place.path("device");
@@ -150,24 +53,6 @@ fn a_port_that_is_in_use_is_refused() {
         .place
         .run("device info --device serial:device")
         .refused(3, &["device", "in use by another program"]);
-}
-
-#[test]
-fn ports_that_are_none_are_refused() {
-    let place = Place::new();
-    for (line, code, words) in [
-        ("relax --device serial:/dev/null", 3, "not a serial port"),
-        (
-            "device info --device serial:nowhere",
-            3,
-            "there is no port nowhere",
-        ),
-        ("relax --device serial:x@fast", 2, "baud"),
-        ("device info --device sim", 2, "serial:PATH"),
-    ] {
-        place.run(line).refused(code, &[words]);
-    }
-    assert!(place.files().is_empty(), "{:?}", place.files());
 }
 
 /// A port with something else behind it than a device, until dropped.
@@ -203,11 +88,6 @@ impl Impostor {
             thread: Some(thread),
             _slave: slave,
         }
-    }
-
-    fn ask(&mut self, line: &str) -> crate::process::Ended {
-        let line = format!("{line} --device serial:{}", self.path.display());
-        Place::new().run(&line)
     }
 
     fn refused(&self, words: &[&str]) {
@@ -288,34 +168,6 @@ fn of_version(version: u8) -> Vec<u8> {
     line.truncate(length);
     line.push(0);
     line
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_port_that_answers_after_a_second_is_waited_for() {
-    let device = Emulated::at_terminal("device", "");
-    let path = device.place.path("device");
-    // As QEMU does it: what is said in the first second is lost.
-    let port = serialport::new(path.to_string_lossy(), 460_800);
-    let mut port = port
-        .timeout(Duration::from_millis(20))
-        .open_native()
-        .expect("opens");
-    let began = Instant::now();
-    let mut slow = Impostor::new(move |bytes| {
-        if began.elapsed() < Duration::from_millis(1200) {
-            return Vec::new();
-        }
-        port.write_all(bytes).expect("writes");
-        let mut answer = vec![0; 4096];
-        // Longer than the emulated device takes.
-        std::thread::sleep(Duration::from_millis(5));
-        let count = port.read(&mut answer).unwrap_or(0);
-        answer.truncate(count);
-        answer
-    });
-    let ended = slow.ask("device get --json");
-    assert_eq!(ended.code, Some(0), "{ended}");
 }
 
 fn crc32(bytes: &[u8]) -> u32 {

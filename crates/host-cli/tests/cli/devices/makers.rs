@@ -1,12 +1,12 @@
 //! Devices of other makers, emulated: held to the makers' own programs, and experiments on them.
 
 use super::{Emulated, at};
-use crate::process::{Ended, Place, column, holds, number};
+use crate::process::{column, number};
 use haptic_devices::haply::Version;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
-use testkit::{assert_close, assert_says, skip};
+use testkit::{assert_close, skip};
 
 /// A servo as a device; this machine may be too busy to answer in time for so long, so lost answers are allowed for.
 const DEVICE: &str = "--device moteus:device,radius=20mm,watchdog=1s,lost=1000";
@@ -81,16 +81,6 @@ fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
         is(&format!("/{step}/mode"), mode);
         is(&format!("/{step}/torque_nm"), 0.0);
     }
-}
-
-#[test]
-fn info_names_the_servo_and_its_largest_force() {
-    let device = Emulated::new("--kind moteus");
-    let info = device.json(&format!("device info {DEVICE}"));
-    assert_eq!(info["board"], "moteus");
-    assert_eq!(info["simulated"], false);
-    let most = at(&info, "/force_max_n");
-    assert!((most - 5.0).abs() < 1e-5, "0.1 N·m at 20 mm: {info}");
 }
 
 /// A relaxation at 500 Hz of a servo that a hand turns by 2 mm within half a second.
@@ -194,36 +184,19 @@ fn lacks(report: &Value) -> bool {
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_relaxation_runs_on_a_servo_and_leaves_it_stopped() {
+fn a_relaxation_runs_on_a_servo_in_either_loop_and_leaves_it_stopped() {
     // How near the force is to the sum over the motion is held in virtual time, by the tests of `haptic-devices`.
-    let (report, most_nm) = relaxed("device");
-    assert!(at(&report, "/max_relative_error").is_finite());
-    assert_eq!(report["link"]["board"], "moteus");
-    let (peak_n, lacks) = (at(&report, "/peak_force_n"), lacks(&report));
-    assert!(peak_n <= 4.0 && (lacks || peak_n > 0.01), "{report}");
-    // The last digit is rounded.
-    let unlogged_nm = most_nm - 0.02 * peak_n;
-    let all = unlogged_nm > -1e-6 && (lacks || unlogged_nm < 1e-6);
-    assert!(all, "{most_nm} N·m for {peak_n} N");
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
-    let (report, most_nm) = relaxed("host");
-    assert_eq!(report["link"]["loop"], "host");
-    assert!(lacks(&report) || most_nm > 0.0, "{report}");
-}
-
-#[test]
-fn a_name_or_servo_that_cannot_be_is_said_in_one_line() {
-    let device = Emulated::new("--kind moteus");
-    let info = |name: &str| {
-        let line = format!("device info --device {name}");
-        device.place.run(&line)
-    };
-    info("moteus:device,servo=1").refused(2, &["servo=1"]);
-    info("moteus:device,id=2").refused(3, &["servo 2 did not answer", "its number (`id`)"]);
+    for side in ["device", "host"] {
+        let (report, most_nm) = relaxed(side);
+        assert_eq!(report["link"]["board"], "moteus");
+        assert_eq!(report["link"]["loop"], side);
+        let (peak_n, lacks) = (at(&report, "/peak_force_n"), lacks(&report));
+        assert!(peak_n <= 4.0 && (lacks || peak_n > 0.01), "{report}");
+        // The last digit is rounded.
+        let unlogged_nm = most_nm - 0.02 * peak_n;
+        let all = unlogged_nm > -1e-6 && (lacks || unlogged_nm < 1e-6);
+        assert!(side == "host" || all, "{most_nm} N·m for {peak_n} N");
+    }
 }
 
 #[test]
@@ -338,169 +311,4 @@ fn reads_and_sends(version: Version, (x, y): (f64, f64)) {
     {
         assert_close("motor", made, theirs, 1e-6);
     }
-}
-
-/// A soft tissue, felt along y, at the slowest rate: four ticks without an answer are a fault, and this machine may be busy.
-const RELAX: &str = "relax --device haply:2diy --sample-time 10ms watchdog=1s late_ticks=0 --contact rigid \
-                     --duration 3s --out run --overwrite --quiet --json";
-
-/// The report of a run that began; a machine that is too busy to hear the board's first answers in time says so instead.
-fn begun(ended: &Ended) -> Option<Value> {
-    if !ended.stdout.is_empty() {
-        return Some(ended.json());
-    }
-    let complaint = ended.complaint(3, &["haply:2diy"]);
-    assert_eq!(complaint, None, "{ended}");
-    testkit::skip_for_load(ended.error());
-    None
-}
-
-/// A busy machine may make a fault of it by the clock, or skip periods. How near the force is to the sum over the motion is held in
-/// virtual time, by the tests of `haptic-devices`.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
-    let mut emulated = board("");
-    let ended = emulated.place.run(RELAX);
-    let Some(report) = begun(&ended) else {
-        return;
-    };
-    println!("{report}");
-    assert_eq!(report["link"]["simulated"], false);
-    assert_eq!(report["link"]["board"], "Haply 2DIY v3");
-    assert!(number(&report, "peak_force_n") <= 1.5, "{report}");
-    let mut check = emulated.place.run("log check run/relax.mcap --json");
-    if ended.code == Some(3) {
-        println!("this machine was too busy for the emulated board");
-        assert_says(
-            &ended.failed(3).stderr,
-            "no complete answer for 4 ticks & may still push",
-        );
-    } else {
-        let ended = ended.ended_by_the_clock();
-        assert!(number(&report, "peak_force_n") > 0.01, "{report}");
-        // What is missing in the log is what the run says; answers that come too late are no gap.
-        if ended.code == Some(0)
-            && number(&check.json(), "stale") > 0.01 * number(&report, "samples")
-        {
-            check = check.failed(4);
-        } else {
-            assert_eq!(check.code, ended.code, "{check}");
-            check = check.ended_by_the_clock();
-        }
-    }
-    let missing = number(&check.json(), "missing_samples");
-    assert_eq!(missing, number(&report, "dropped_samples"), "{check}");
-    let message = emulated.ends();
-    assert_eq!(
-        numbers_after(&message, "torques ", 2),
-        [0.0, 0.0],
-        "{message}"
-    );
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
-    // A byte in 1000, of 19 a tick: one is lost within some 50 ticks. How many go by while the line is opened and the board armed
-    // depends on the machine, so it may be lost there: the device then refuses to be armed, and nothing was pushed.
-    let mut emulated = board("drop=0.1%");
-    let ended = emulated.place.run(RELAX);
-    let ended = ended.failed(3);
-    let armed = !ended.stderr.contains("the device refused \"arm\"");
-    if emulated.place.path("run/relax.mcap").exists() && armed {
-        assert!(ended.stderr.contains("a byte was lost"), "{ended}");
-    } else {
-        println!("lost before the run began");
-        if !ended.stdout.is_empty() {
-            assert_eq!(number(&ended.json(), "peak_force_n"), 0.0, "{ended}");
-        }
-    }
-    let message = emulated.ends();
-    // The zeros that end it may have lost bytes too: next to nothing then, and never what was there before.
-    let mut torques = numbers_after(&message, "torques ", 2).into_iter();
-    assert!(torques.all(|torque| torque.abs() < 1e-6), "{message}");
-}
-
-/// An edge across the way of the hand, at the slowest rate.
-const EDGE: &str = "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n_per_m = 40\ndissipation_n_s_mu_per_m = 5\norder = 0.3\n\
-                    force_limit_n = 1\nsample_time_s = 0.01\nduration_s = 3\nmass_kg = 0.1\n";
-const BOTH: &str = "--device haply:2diy watchdog=1s late_ticks=0 max_age_ticks=200 --out run --overwrite \
-                    --quiet --json";
-
-/// A busy machine may make a fault of it by the clock, or skip periods. How near the force is to the sum over the depth is held in
-/// virtual time, by the tests of `haptic-devices`.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
-    for loop_mode in ["host", "device"] {
-        touches_a_2diy(loop_mode);
-    }
-}
-
-fn touches_a_2diy(loop_mode: &str) {
-    let mut emulated = board("");
-    emulated.place.write("edge.toml", EDGE);
-    let ended = emulated
-        .place
-        .run(&format!("run edge.toml {BOTH} --loop {loop_mode}"));
-    let Some(report) = begun(&ended) else {
-        return;
-    };
-    println!("{report}");
-    assert_eq!(report["link"]["board"], "Haply 2DIY v3");
-    // The arms are lighter in one direction than in another.
-    let masses = ["effective_mass_least_kg", "effective_mass_most_kg"];
-    let [least, most] = masses.map(|key| number(&report, key));
-    assert!(least < 0.1 && 0.1 < most, "{least} to {most} kg");
-    if ended.code == Some(3) {
-        println!("this machine was too busy for the emulated board");
-        let ended = ended.failed(3);
-        holds(
-            ended.stderr.contains("no complete answer for 4 ticks"),
-            &ended,
-        );
-    } else {
-        ended.ended_by_the_clock();
-        assert_eq!(report["verdict"], "rendered");
-        assert!(number(&report, "peak_force_n") > 0.05, "{report}");
-        let table = emulated.place.text("run/touch.csv");
-        let mut pushed = 0;
-        for row in table.lines().skip(1) {
-            let row: Vec<f64> = row
-                .split(',')
-                .map(|x| x.parse().unwrap_or(f64::NAN))
-                .collect();
-            let [_, _, _, _, _, x, y, _] = row[..] else {
-                panic!("{row:?}");
-            };
-            // Along the normal, but for the rounding of the wire.
-            assert!((0.8 * x - 0.6 * y).abs() < 1e-6, "{row:?}");
-            pushed += u32::from(x.hypot(y) > 0.02);
-        }
-        assert!(pushed > 10, "{pushed}");
-    }
-    let message = emulated.ends();
-    assert_eq!(
-        numbers_after(&message, "torques ", 2),
-        [0.0, 0.0],
-        "{message}"
-    );
-}
-
-#[test]
-fn a_box_that_the_arms_do_not_reach_and_axes_that_do_not_fit_are_refused() {
-    let place = Place::new();
-    let far = format!("{EDGE}box_low_m = [-0.05, -0.06]\nbox_high_m = [0.05, 0.1]\n");
-    place.write("far.toml", far);
-    place.write("edge.toml", EDGE);
-    place.write("space.toml", "[touch]\naxes = 3\n");
-    let line = BOTH.replace("haply:2diy", "haply:2diy,axis=x");
-    place.refuses(&format!(
-        "
-        run far.toml {BOTH} => not within reach | mm, from the middle | box_high_m
-        run edge.toml {line} => axis and zero choose a line | omit them
-        run space.toml {BOTH} => it has 2 axes, but 3 are needed
-        "
-    ));
 }

@@ -3,7 +3,7 @@
 use super::middle::Middle;
 use super::{Emulated, at};
 use crate::faults::metadata;
-use crate::process::{Ended, PATIENCE, column, holds, number, signal};
+use crate::process::{Ended, PATIENCE, column, holds, signal};
 use haptic_link::{DeviceReport, EventKind, FaultReport, Request, Sample, Start, State, Status};
 use haptic_loop::{Fault, Limiters};
 use std::collections::BTreeMap;
@@ -263,79 +263,6 @@ pub(super) fn logged_as_reported(
     rows
 }
 
-/// The tick that lies.
-const LIE: u32 = 700;
-
-type Lie = fn(&mut Sample);
-
-const LIES: [(&str, Lie); 3] = [
-    ("a position of 1e30 m", |sample| {
-        sample.axes[0].position_m = 1e30;
-    }),
-    ("a position of NaN m", |sample| {
-        sample.axes[0].position_m = f32::NAN;
-    }),
-    ("a force of -1000000 N", |sample| {
-        sample.axes[0].force_n = -1e6;
-    }),
-];
-
-/// A run on a device that lies once. What else cannot be is named by `haptic-remote`.
-fn lies((words, lie): (&str, Lie), options: &str) {
-    let device = Emulated::new("");
-    device.loosen();
-    let _line = Middle::changing(&device, move |mut report| {
-        if let DeviceReport::Sample(sample) = &mut report
-            && sample.tick == LIE
-        {
-            lie(sample);
-        }
-        Some(report)
-    });
-    let line = format!(
-        "relax --device serial:line {options} watchdog=1s late_ticks=0 --contact rigid --ramp-time 0.5s --duration 60s --out run \
-         --quiet --json"
-    );
-    let ended = device.place.run(&line).failed(1);
-    assert_says(ended.error(), "reported something impossible");
-    assert_says(ended.error(), words);
-    let report = ended.json();
-    // It is no part of the result.
-    let until_s = 1e-3 * f64::from(LIE) - 5e-4;
-    holds(number(&report, "duration_s") < until_s, &report);
-    assert!(number(&report, "peak_force_n") < 100.0, "{report}");
-    holds(device.place.path("run/relax-fault.mcap").exists(), &ended);
-    let check = device
-        .place
-        .run("log check run/relax.mcap --json")
-        .failed(4)
-        .json();
-    assert_eq!(
-        ["impossible", "missing_samples"].map(|key| number(&check, key)),
-        [1.0, 0.0],
-        "{check}"
-    );
-    assert_eq!(check["end"]["ended"], "fault", "{check}");
-    // It was told to let go: its own watchdog did not have to see to that.
-    let info = device.json("device info --device serial:device");
-    assert_eq!(
-        (&info["state"], &info["fault"]),
-        (&"idle".into(), &().into()),
-        "{info}"
-    );
-}
-
-#[test]
-fn a_sample_that_cannot_be_ends_a_run_as_a_fault_of_the_device() {
-    std::thread::scope(|scope| {
-        // The delay of a busy machine would make the host's loop unstable.
-        let options = ["", "", "--loop host max_age_ticks=1000 --force-unstable"];
-        for (lie, options) in LIES.into_iter().zip(options) {
-            scope.spawn(move || lies(lie, options));
-        }
-    });
-}
-
 /// Each of its samples can be, and together they cannot.
 #[test]
 fn a_force_that_does_not_follow_the_places_that_came_is_said() {
@@ -371,17 +298,4 @@ fn a_force_that_does_not_follow_the_places_that_came_is_said() {
             "{warnings}"
         );
     }
-}
-
-#[test]
-fn abilities_that_are_no_numbers_are_refused_before_anything_moves() {
-    let device = Emulated::new("");
-    let _line = Middle::changing(&device, move |mut report| {
-        if let DeviceReport::Capabilities(capabilities) = &mut report {
-            capabilities.force_max_n = f32::NAN;
-        }
-        Some(report)
-    });
-    let ended = device.place.run("device info --device serial:line");
-    ended.refused(3, &["largest force, N, of NaN", "flash its firmware again"]);
 }

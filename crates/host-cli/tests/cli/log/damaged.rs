@@ -1,23 +1,7 @@
 //! Logs that are cut or damaged.
 
 use super::with_log;
-use crate::process::{number, row};
-use serde_json::Value;
-
-#[test]
-fn a_cut_log_is_exported_and_drawn_as_far_as_it_goes() {
-    let place = with_log();
-    let bytes = place.read("run/relax.mcap");
-    place.write("cut.mcap", &bytes[..bytes.len() / 2]);
-    for command in ["export", "plot"] {
-        let ended = place.run(&format!("log {command} cut.mcap --json"));
-        let ended = ended.failed(4);
-        assert!(ended.error().contains("not whole"), "{ended}");
-        assert_eq!(ended.json()["complete"], Value::from(false));
-    }
-    let info = place.run("log info cut.mcap").succeeded();
-    assert_eq!(row(&info.stdout, "complete"), "no", "{info}");
-}
+use crate::process::number;
 
 const WALL: &str = "[wall]\nsample_time_s = 0.002\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\norder = 0.5\n\
     stiffness_n_per_m = 3000.0\ndissipation_n_s_mu_per_m = 100.0\nduration_s = 1.0\n";
