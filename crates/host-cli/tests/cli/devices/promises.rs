@@ -165,12 +165,14 @@ fn what_is_flashed_is_what_cargo_has_built_and_only_a_fresh_start_proves_it() {
         &format!("echo \"$@\" >> {}", place.path("programmed").display()),
     );
     let flash = || {
-        let mut command = place.command("device flash --device serial:line --json --quiet");
+        let mut command = place.command("device flash --device serial:line --json");
         let output = command.env("PATH", place.path("")).output().expect("runs");
         Ended::new("device flash".to_owned(), &output)
     };
-    let words = ["has been running for 3600 s", "plug it in again"];
-    flash().refused(3, &words);
+    let late = flash();
+    assert_eq!(late.code, Some(3), "{late}");
+    let words = "written:  & has been running for 3600 s & plug it in again";
+    assert_says(&late.stderr, words);
     let done = flash().json();
     assert_eq!(done["image"], image.display().to_string());
     let programmed = place.text("programmed");

@@ -151,6 +151,11 @@ fn two_axes_have_panels_of_their_own() {
     made(&place, "c.mcap", (0..10).map(|n| straight(n, at(n), 0.0)));
     let ended = place.run("log plot a.mcap c.mcap --overwrite");
     ended.refused(2, &["c.mcap", "1 axes", "a.mcap has 2"]);
+    made(&place, "empty.mcap", std::iter::empty());
+    let ended = place.run("log plot c.mcap empty.mcap");
+    ended.refused(2, &["empty.mcap", "no ticks"]);
+    let ended = place.run("log cut empty.mcap d.mcap --from 0s");
+    ended.refused(2, &["no sample"]);
 }
 
 /// A run with metadata, events and an end, which has lost these ticks.
