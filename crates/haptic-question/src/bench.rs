@@ -30,7 +30,7 @@ pub const BENCH: &[Parameter] = &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT
 pub struct BenchDevice {
     /// Mass, damping, hand and sample time; delay, current lag and friction.
     pub plant: MassDamperConfig,
-    /// Encoder and noise.
+    /// Encoder resolution and noise of the position that the loop reads.
     pub sensors: Sensors,
     /// Largest force of the actuator, N.
     pub force_limit_n: f64,
@@ -52,13 +52,13 @@ impl BenchDevice {
 /// The device of a question, repeated in its answer, where a wrong unit shows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AskedDevice {
-    /// m, kg.
+    /// m of the device, kg.
     pub mass_kg: f64,
-    /// b, N·s/m.
+    /// b of the device, N·s/m.
     pub damping_n_s_per_m: f64,
     /// k of the hand, N/m.
     pub hand_stiffness_n_per_m: f64,
-    /// T, s.
+    /// T, from one tick to the next, s.
     pub sample_time_s: f64,
 }
 

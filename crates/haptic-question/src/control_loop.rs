@@ -49,7 +49,7 @@ form! {
 pub struct NamedPlant {
     /// The plant, with all of its dead time.
     pub plant: Plant,
-    /// The plant in words.
+    /// The plant for sentences; names the dead time that a form adds.
     pub words: String,
     /// A sentence on its notation, where that can be read in two ways.
     pub hint: Option<String>,
@@ -229,11 +229,11 @@ fn law(text: &str) -> Result<ControllerParameters, Failure> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct ControlLoop {
-    /// The plant.
+    /// The plant, with the dead time that the form adds.
     pub plant: NamedPlant,
     /// The controller; a plant without one is looked at alone.
     pub controller: Option<ControllerSetup>,
-    /// Its form.
+    /// The form as it was given; a run takes its step and length from it.
     pub form: LoopForm,
     warnings: Vec<String>,
 }

@@ -45,7 +45,7 @@ form! {
     STEP_LENGTH = duration_s: optional(DURATIONS, "Length of the steps [default: 60 times 1/crossover]");
 }
 
-/// Limits of a command.
+/// Limits of a command, in its own unit, the low one below the high one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the lower and the upper one")]
 pub struct CommandLimits {

@@ -138,7 +138,7 @@ pub enum WallWish {
     StiffestWall,
     /// The largest effective damping of the wall at a frequency.
     MostDamping {
-        /// That frequency, Hz.
+        /// Frequency at which the damping Im H/ω is compared, Hz.
         frequency_hz: f64,
     },
     /// A specimen of a tissue.
@@ -157,7 +157,7 @@ pub enum WallWish {
 /// A question of a designer.
 #[derive(Clone, Debug)]
 pub struct WallDesign {
-    /// Device, hand and imperfections.
+    /// Device and hand, with the imperfections that its trials have.
     pub device: BenchDevice,
     /// Numerical scheme of the operator.
     pub scheme: Scheme,
@@ -367,7 +367,7 @@ pub struct Candidate {
 /// The best candidate on a realistic device. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RealisticTrial {
-    /// Imperfections of that device.
+    /// Imperfections that were assumed: friction, delay, current lag and sensors.
     #[serde(flatten)]
     pub imperfections: Imperfections,
     /// True if the analysis, which knows delay and current lag, calls it stable.
@@ -376,18 +376,18 @@ pub struct RealisticTrial {
     pub margin: Option<f64>,
     /// Force noise that the encoder causes, rms N.
     pub force_noise_rms_n: Option<f64>,
-    /// Its trial.
+    /// Trial of the best candidate with all of these imperfections.
     pub simulated: Settling,
 }
 
 /// The best wall without a limit on its noise that nobody asked for. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Noisier {
-    /// μ.
+    /// Order μ of its dissipation.
     pub order: f64,
-    /// K, N/m.
+    /// K of the wall, N/m.
     pub stiffness_n_per_m: f64,
-    /// B, N·s^μ/m.
+    /// B of the wall, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
     /// Largest of its trials, rms N.
     pub tried_force_noise_rms_n: Option<f64>,
@@ -396,9 +396,9 @@ pub struct Noisier {
 /// Verdict on a tissue that is to be rendered as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TissueVerdict {
-    /// Name of the tissue.
+    /// Name of the tissue, as its file gives it.
     pub name: String,
-    /// Order of its memory.
+    /// Order of its memory, which is tried before those of the grid.
     pub order: f64,
     /// True if the specimen meets the requirement and passes its trials, that on a realistic device too.
     pub fits: bool,
@@ -406,10 +406,10 @@ pub struct TissueVerdict {
     pub largest_scale: Option<f64>,
 }
 
-/// Verdict on a controller.
+/// Verdict on a controller that is to be rendered as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ControllerVerdict {
-    /// The controller in words.
+    /// The controller in words, with its gains as given.
     pub law: String,
     /// True as for a tissue.
     pub fits: bool,

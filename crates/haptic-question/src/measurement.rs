@@ -50,7 +50,7 @@ parameters! {
     MEASURE_DEVICE = text("device", "serial:auto", DEVICE.help);
 }
 
-/// Keys of a measurement.
+/// Keys of a measurement alone, without those of the device that it moves.
 pub const MEASURE: &[Parameter] = &[
     MEASURE_SAMPLE_TIME,
     MEASURE_FORCE_LIMIT,
@@ -89,7 +89,7 @@ pub const TABLES: [(&str, &[Parameter]); 3] = [
 /// Plan of a measurement: what the device may do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasurePlan {
-    /// T, s.
+    /// T of the loop, s.
     pub sample_time_s: f64,
     /// Largest force that the device may make, N. The measurement uses at most the share
     /// [`SHARE`](Self::SHARE) of it.
@@ -109,7 +109,7 @@ pub struct MeasurePlan {
 /// Limits of a device itself: largest force, N, its rate, N/s, and ends of its workspace, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnLimits {
-    /// Largest force, N.
+    /// Largest force, N; infinite for a device without limits of its own.
     pub force_n: f64,
     /// Largest rate of it, N/s.
     pub force_rate_n_per_s: f64,
@@ -235,7 +235,7 @@ impl MeasurePlan {
 /// Force applied and position read, tick by tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionRecord {
-    /// T, s.
+    /// T, from one entry to the next, s.
     pub sample_time_s: f64,
     /// Position at the start of each tick, m; not a number where the sample was lost.
     pub position_m: Vec<f64>,

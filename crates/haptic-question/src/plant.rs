@@ -127,7 +127,7 @@ pub type Steps<'a> = &'a (dyn Fn(&'static str, usize, usize) + Sync);
 /// A record that can be one of a plant, and sentences about its rows.
 #[derive(Clone, Debug)]
 pub struct PlantRecord {
-    /// Times, input and output.
+    /// Times, input and output, as they are fitted.
     pub record: InputOutput,
     notes: Vec<String>,
 }
@@ -149,7 +149,7 @@ pub enum PlantFound {
     Response(Box<ResponseAnswer>),
 }
 
-/// The report of either.
+/// The report on a record or on a response; written as that one, without a tag.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(untagged)]
 #[expect(missing_docs, reason = "as of the data")]
@@ -159,7 +159,7 @@ pub enum FoundReport<'a> {
 }
 
 impl PlantFound {
-    /// Its report.
+    /// The report that was made with the answer.
     #[must_use]
     pub fn report(&self) -> FoundReport<'_> {
         match self {

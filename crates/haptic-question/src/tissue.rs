@@ -205,7 +205,7 @@ fn named<T: Copy>(
     )))
 }
 
-/// Relation between several records.
+/// Relation between the records of one question.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Several {
     /// Motions of one tissue, fitted together.
@@ -213,11 +213,11 @@ pub enum Several {
     Motions,
     /// Specimens, each fitted by itself.
     Replicates,
-    /// Temperatures, shifted to one.
+    /// Records at several temperatures, shifted in time or frequency to one temperature.
     MasterCurve {
         /// The temperature that they are shifted to, °C.
         reference_c: f64,
-        /// The modulus that decides.
+        /// The modulus whose curves are to meet.
         by: ShiftBy,
     },
 }
@@ -225,13 +225,13 @@ pub enum Several {
 /// Records to be read and fitted.
 #[derive(Clone, Debug, Default)]
 pub struct RecordQuestion {
-    /// Reader of the tables.
+    /// The user's columns, units and ranges for the tables.
     pub reader: Reader,
     /// Facts that the tables lack.
     pub reading: TableDetails,
-    /// Options of the fit.
+    /// Candidates and effort of the fit.
     pub options: Options,
-    /// Relation between several records.
+    /// Relation between the records, if there are several.
     pub several: Several,
     /// The temperature of each file, °C, or none.
     pub temperatures_c: Vec<f64>,
@@ -460,9 +460,9 @@ impl RecordQuestion {
 /// A tissue that was found.
 #[derive(Clone, Debug)]
 pub struct RecordAnswer {
-    /// The records as one.
+    /// The records joined into one, as it was fitted.
     pub understood: Understood,
-    /// Result of the fit.
+    /// Models fitted to that record, best first.
     pub found: Identification,
     /// Rows of specimens or of temperatures for the report; an empty object of one record.
     pub rows: Value,

@@ -94,7 +94,7 @@ pub struct ZWidth {
     pub device: MassDamperConfig,
     /// The device that the analysis takes: for a serial device the model from its file.
     pub analysed: Option<MassDamperConfig>,
-    /// Imperfections of its sensors.
+    /// Encoder resolution and noise of the position that the loop reads.
     pub sensors: Sensors,
     /// The linear wall that the theory assumes, or one that only pushes.
     pub contact: WallContact,
@@ -329,11 +329,11 @@ fn in_words<S: Serializer>(failure: &Option<Failure>, to: S) -> Result<S::Ok, S:
 /// The boundary of one order.
 #[derive(Clone, Debug, Serialize)]
 pub struct OrderBoundary {
-    /// μ.
+    /// μ of all walls of the boundary.
     pub order: f64,
     /// Unit of the dissipations of this order.
     pub dissipation_unit: &'static str,
-    /// N/m.
+    /// Unit of the largest stiffnesses, N/m for every order.
     pub stiffness_max_unit: &'static str,
     /// The largest stable stiffness for each dissipation; dissipations without one are omitted.
     pub boundary: Vec<BoundaryPoint>,
@@ -383,7 +383,7 @@ pub struct BoundaryPoint {
     /// device file is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated_without_friction_n_per_m: Option<f64>,
-    /// Scales of a specimen.
+    /// Scales of a specimen or controller; `None` for a wall.
     #[serde(skip)]
     pub scales: Option<Scales>,
 }

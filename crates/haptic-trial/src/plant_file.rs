@@ -397,7 +397,7 @@ pub struct DeviceModel {
     pub values: DeviceValues,
     /// Between which numbers they lie, where that is known.
     pub intervals: Vec<Interval>,
-    /// Newtons that were checked.
+    /// Newtons that were checked against an instrument; `None` if nobody did.
     pub calibration: Option<Calibration>,
 }
 

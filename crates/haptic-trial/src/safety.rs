@@ -163,7 +163,7 @@ impl Safety {
         self.numbers[limit as usize]
     }
 
-    /// Sets a limit.
+    /// Sets a limit, or takes it away with `None`.
     pub const fn with(mut self, limit: Limit, number: Option<f64>) -> Self {
         self.numbers[limit as usize] = number;
         self

@@ -15,7 +15,7 @@ pub type ReadTicks =
 /// Place of the samples of a run.
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a> {
-    /// Samples in memory.
+    /// Samples in memory, of a run that is short enough.
     Whole(&'a [KeptSample]),
     /// Samples in the files of the log, from this tick on, up to this one as it is counted from there.
     Logged(&'a [PathBuf], ReadTicks, RunStart, u64),

@@ -21,14 +21,14 @@ const STILL_M: f64 = 1e-4;
 /// Offset of a force sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum SensorOffset {
-    /// Not known yet.
+    /// Not known yet: the handle has not been still in the air for long enough.
     #[default]
     Measuring,
     /// Offset on each axis, N.
     Known([f64; 3]),
     /// The law wanted a force before it was known, after so many samples.
     Touched {
-        /// Samples before it did.
+        /// Samples read before the law wanted that force.
         samples: u32,
     },
 }

@@ -17,10 +17,10 @@ use std::ops::ControlFlow;
 
 /// A system that runs tick by tick: a loop on a simulated device, or both sides of a teleoperation.
 pub trait World<const D: usize = 1> {
-    /// Record of a tick.
+    /// Record of a tick, which a sink takes.
     type Message: TickRecord;
 
-    /// Does the next tick.
+    /// Does the next tick of the world, and returns its record.
     fn tick(&mut self) -> Self::Message;
 
     /// The tick before counts: no fault and no silence ended the run in it.
@@ -52,7 +52,7 @@ pub type Sink<'a, M = TickMessage> = &'a mut dyn FnMut(&M) -> ControlFlow<()>;
 /// A simulated device with instruments of its own, beside the sensors that the loop reads. A force sensor shows its contact force, unless it says
 /// what is sensed.
 pub trait Instrumented<const D: usize = 1> {
-    /// Record of a tick.
+    /// Record of a tick, as that of its world.
     type Message: TickRecord;
 
     /// Readings at the start of a tick: a message without what the loop itself knows.

@@ -17,11 +17,11 @@ pub struct TappedLaw {
     pub device: MassDamperConfig,
     /// K of wall and hand, N/m, and B, N·s^μ/m.
     pub wall: [f64; 2],
-    /// μ.
+    /// Order μ of the wall's dissipation.
     pub order: f64,
-    /// Samples of the trial.
+    /// Samples of the trial, over which the taps are spread.
     pub samples: u64,
-    /// It never pulls.
+    /// True if the law never pulls, so that a tap may lift the device off.
     pub lifts: bool,
     /// Push into the law, N.
     pub push_n: f64,

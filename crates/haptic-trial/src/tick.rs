@@ -10,7 +10,7 @@ use nalgebra::SVector;
 /// A tick as a run keeps it, in memory and for its judges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeptSample {
-    /// Number of the tick.
+    /// Number of the tick; ticks that were lost leave gaps.
     pub tick: u64,
     /// Time on the clock of the device, s.
     pub time_s: f64,

@@ -81,7 +81,7 @@ pub struct FeltPoint {
 /// The stable walls of a device, by outlines.
 #[derive(Clone, Debug)]
 pub struct Region {
-    /// Outlines, without units.
+    /// Outlines as points of α, β and θ, without units.
     pub parts: Vec<Polygon>,
     /// K of α = 1 and B of β = 1, of a device with units.
     pub units: Option<[f64; 2]>,

@@ -36,9 +36,9 @@ pub(crate) struct Difference {
     law: Felt,
     other: Option<Felt>,
     frequencies_hz: Vec<f64>,
-    /// W.
+    /// W, the share of a force by which it must change to be felt.
     share: f64,
-    /// F₀/a, N/m.
+    /// F₀/a, N/m: it takes the place of a smaller |H|.
     least_n_per_m: f64,
 }
 

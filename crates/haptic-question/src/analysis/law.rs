@@ -287,7 +287,6 @@ impl InPlace {
         }
     }
 
-    /// Tissue or controller.
     pub(crate) const fn kind(&self) -> Kind {
         match self {
             Self::Tissue(_) => Kind::Tissue,

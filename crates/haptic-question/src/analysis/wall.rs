@@ -61,7 +61,6 @@ pub(crate) struct WallLoop {
     asked: Value,
 }
 
-/// A linear plant, sampled.
 #[derive(Clone, Debug)]
 pub(crate) struct OnPlant {
     pub(crate) name: String,

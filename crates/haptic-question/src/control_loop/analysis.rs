@@ -27,7 +27,7 @@ pub struct AnalysedLoop {
 pub enum AnalysisCurve {
     /// Curve of a loop, with the margins on it.
     Loop(Box<LoopAnalysis>),
-    /// Curve of a plant.
+    /// Curve of a plant that has no controller.
     Plant(Vec<LoopPoint>),
 }
 

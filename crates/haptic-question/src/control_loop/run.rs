@@ -100,9 +100,9 @@ impl Reference {
 /// A run of a loop, or of a plant alone.
 #[derive(Clone, Debug)]
 pub struct Simulated {
-    /// Sample time, s.
+    /// Time from one sample of the responses to the next, s.
     pub sample_time_s: f64,
-    /// Reference, output and command.
+    /// Reference, output and command of the loop as it was given.
     pub response: Response,
     /// Response with the integer-order PID of the same crossover and phase margin.
     pub integer: Option<Response>,

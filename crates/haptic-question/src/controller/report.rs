@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 pub struct DesignedController {
     /// The wishes, and how they were tried.
     pub design: ControlDesign,
-    /// Controllers and trials.
+    /// The PI^λD^μ and the PID of order 1, each tuned and tried.
     pub answer: ControlAnswer,
 }
 

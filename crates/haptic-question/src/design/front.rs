@@ -41,11 +41,11 @@ pub struct Front {
 /// A wall of the front.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FrontWall {
-    /// The order μ.
+    /// Order μ of its dissipation.
     pub order: f64,
-    /// K.
+    /// K of the wall, N/m.
     pub stiffness_n_per_m: f64,
-    /// B.
+    /// B of the wall, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
     /// Factor by which the wall as a whole may grow or shrink until it is unstable.
     pub margin: f64,

@@ -19,7 +19,7 @@ pub const INTERRUPTED: &str = "interrupted: the force is zero, nothing was writt
 pub enum DriveOutcome {
     /// The multi-sine came to its end.
     Complete,
-    /// Somebody stopped it.
+    /// A user stopped it; the record ends there.
     Interrupted,
     /// The safety chain latched a fault.
     Fault(Fault),
@@ -36,7 +36,7 @@ pub enum DriveOutcome {
 pub struct Driven {
     /// The motion up to there.
     pub record: MotionRecord,
-    /// Its end.
+    /// The reason for which the motion ended.
     pub outcome: DriveOutcome,
 }
 
@@ -341,7 +341,7 @@ struct Course {
     since: u64,
     /// Middle of the box, m.
     middle_m: Option<f64>,
-    /// Force towards it, N.
+    /// Force that moves the device there, N, signed as the position.
     pull_n: f64,
     /// It has been there since the last ramp.
     centred: bool,

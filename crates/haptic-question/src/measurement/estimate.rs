@@ -29,17 +29,17 @@ pub enum MeasureError {
         MEASURE_DURATION
     )]
     Short {
-        /// Samples of the record.
+        /// Samples of the multi-sine in the record.
         samples: usize,
-        /// Samples that it takes.
+        /// Fewest samples from which a device is estimated.
         least: usize,
     },
     /// The force of a tick is NaN or infinite, so the record is not one of a loop.
     #[error("the force of tick {tick} is {force_n} N, which is not finite: record it again")]
     NotFinite {
-        /// The tick.
+        /// Index of the tick in the record, from 0.
         tick: usize,
-        /// Its force, N.
+        /// Force recorded there, N: NaN or infinite.
         force_n: f64,
     },
     /// Too many samples that never came.
@@ -50,10 +50,10 @@ pub enum MeasureError {
     Lost {
         /// Samples that did not come.
         lost: usize,
-        /// Samples in all.
+        /// Samples of the whole record, the lost ones included.
         samples: usize,
     },
-    /// Hardly any motion.
+    /// Motion too small for a model to be fitted to.
     #[error(
         "the device moves too little to be measured: give a larger {} or a larger {}",
         MEASURE_FORCE_LIMIT,
@@ -579,7 +579,7 @@ pub struct Measured {
     pub hand_stiffness_n_per_m: Option<MeasuredNumber>,
     /// D: delay from a measurement to the force that answers it, beyond the hold.
     pub delay_s: MeasuredNumber,
-    /// τ of the current.
+    /// τ, by which the current follows its command.
     pub current_lag_s: MeasuredNumber,
     /// q; 0 if no steps were detected.
     pub encoder_resolution_m: f64,

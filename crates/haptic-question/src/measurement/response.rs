@@ -30,13 +30,13 @@ const BLOCKS: usize = 4;
 /// A line of the response.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ResponseLine {
-    /// ω, rad/s.
+    /// ω of the line, rad/s.
     pub omega_rad_s: f64,
     /// |G|, m/N.
     pub gain: f64,
     /// arg G, °, unwrapped from the slowest line on.
     pub phase_deg: f64,
-    /// γ².
+    /// γ², 1 where the motion follows the force alone.
     pub coherence: f64,
 }
 

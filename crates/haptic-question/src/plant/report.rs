@@ -14,11 +14,11 @@ use serde::Serialize;
 pub struct PlantReport {
     /// The function in notation, without its dead time.
     pub function: String,
-    /// The dead time.
+    /// The dead time that was found or given.
     pub delay_s: f64,
     /// Low end of the 95 % interval of the dead time; null of one that was given.
     pub delay_low_s: Option<f64>,
-    /// High end of it.
+    /// High end of that 95 % interval; null of one that was given.
     pub delay_high_s: Option<f64>,
     /// True if the record determines the dead time.
     pub delay_determined: Option<bool>,
@@ -30,7 +30,7 @@ pub struct PlantReport {
     pub begins: &'static str,
     /// The reading of the table, of a plant that answers at once.
     pub output_read: Option<String>,
-    /// Rows of the record.
+    /// Rows of the record that was fitted.
     pub samples: usize,
     /// Mean time from row to row.
     pub sample_time_s: f64,
@@ -69,27 +69,27 @@ pub struct NumberRow {
     pub standard_error: f64,
     /// Low end of its 95 % interval.
     pub low_95: f64,
-    /// High end of it.
+    /// High end of its 95 % interval.
     pub high_95: f64,
     /// True if the error is at most half of the value.
     pub determined: bool,
 }
 
-/// A function that fits.
+/// A function that fits, with the numbers by which candidates are compared.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CandidateRow {
-    /// The function in notation.
+    /// The function in notation, without its dead time.
     pub function: String,
     /// Root mean square of what it leaves.
     pub rms_residual: f64,
-    /// Schwarz's criterion.
+    /// Schwarz's criterion: the lower, the better.
     pub bic: f64,
 }
 
 /// The function on a second record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ValidationRow {
-    /// Rows of that record.
+    /// Rows of the second record.
     pub samples: usize,
     /// Root mean square of what the function leaves of it.
     pub rms_residual: f64,
@@ -100,9 +100,9 @@ pub struct ValidationRow {
 /// A function beside another record than its own.
 #[derive(Clone, Debug)]
 pub struct Tried {
-    /// The other record.
+    /// The second record, to which the function was not fitted.
     pub record: InputOutput,
-    /// The function there.
+    /// Output of the function for the input of that record, and the residual.
     pub validation: Validation,
 }
 

@@ -19,13 +19,13 @@ use std::f64::consts::TAU;
 pub struct ResponseReport {
     /// The function in notation, as the sum of its parts, without its dead time.
     pub function: String,
-    /// The dead time.
+    /// The dead time that was found or given.
     pub delay_s: f64,
-    /// Frequencies of the response.
+    /// Frequencies fitted, without those of too low a coherence.
     pub frequencies: usize,
-    /// The lowest of them.
+    /// The lowest frequency that was fitted.
     pub lowest_frequency_hz: f64,
-    /// The highest of them.
+    /// The highest frequency that was fitted.
     pub highest_frequency_hz: f64,
     /// Root mean square of what the function leaves of a part of the response, over the size of that.
     pub relative_residual: f64,

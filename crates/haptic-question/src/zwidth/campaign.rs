@@ -34,7 +34,7 @@ pub(super) struct Extent {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum Line {
-    /// The question.
+    /// The question in full, on the first line: another question is refused.
     Campaign(String),
     Extent(usize, Option<Extent>),
     Point(usize, usize, Option<Cell>),

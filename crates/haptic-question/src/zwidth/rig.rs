@@ -19,17 +19,17 @@ pub struct WallThere {
     pub device: MassDamperConfig,
     /// Push, force limit and length of a trial.
     pub plan: TrialPlan,
-    /// Contact with the hand.
+    /// Behaviour in front of the surface and on the way out.
     pub contact: WallContact,
-    /// μ.
+    /// μ, the order of the operator.
     pub order: Order,
     /// The operator, as the device runs it.
     pub operator: Operator<f32>,
     /// Time in which a force rises; `None` for as it is set on the device.
     pub rise_time: Option<Seconds>,
-    /// K, N/m.
+    /// K of the wall, N/m.
     pub stiffness_n_per_m: f64,
-    /// B, N·s^μ/m.
+    /// B of the wall, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
     /// The wall as the motor taps it.
     pub tap: Option<TappedLaw>,

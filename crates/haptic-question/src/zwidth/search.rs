@@ -213,7 +213,7 @@ fn largest(most: f64, fine: i32, stable: impl Fn(f64) -> bool) -> Option<f64> {
 
 /// Part of a law beside its spring.
 enum Tried<'a> {
-    /// B times this.
+    /// Operator that is multiplied by the B that is tried.
     Memory(Operator<f64>),
     Controller(&'a PositionController),
 }

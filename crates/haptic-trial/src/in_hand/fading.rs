@@ -84,7 +84,7 @@ impl Touch {
 /// A law with the history of what it has heard.
 #[derive(Clone, Debug)]
 pub struct Law<E: Environment<f64, 1>> {
-    /// The law.
+    /// The law, whose memory stands beside it.
     pub environment: E,
     /// All that it has heard.
     pub history: E::History,
@@ -105,7 +105,7 @@ impl<E: Environment<f64, 1>> Law<E> {
         Self::standing(environment, START_M)
     }
 
-    /// Law without any past.
+    /// Law that has heard nothing, not even where the device stands.
     pub fn untouched(environment: E) -> Self {
         Self {
             history: environment.at_rest(),

@@ -40,12 +40,12 @@ pub const TRIAL: &[Parameter] = &[
     THRESHOLD,
 ];
 
-/// Source of the push.
+/// Source of the push that tries a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PushBy {
     /// Somebody, a hung weight or the simulated hand.
     Hand,
-    /// The device's own motor.
+    /// The device's own motor, behind the law and within its limits.
     Device,
     /// A second device, that of a `[drive]`.
     Second,

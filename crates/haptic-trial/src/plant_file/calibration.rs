@@ -78,9 +78,9 @@ impl MeasuredNumber {
 /// Newtons of a device, checked against an instrument.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Calibration {
-    /// Day.
+    /// Day of the calibration, as 2026-11-29.
     pub date: String,
-    /// Identity of the device.
+    /// The device that was calibrated: another is refused. Empty if the file names none.
     #[serde(skip)]
     pub device: String,
     /// Numbers by their keys: true force for each newton commanded, and for each that the force sensor shows; its reading without force, in its own
