@@ -247,7 +247,7 @@ impl ExperimentFile {
         Ok(self)
     }
 
-    /// Sets the pace.
+    /// Sets the pace: as fast as the machine goes, or by the clock.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
         self.0.conduct_mut().pace = pace;

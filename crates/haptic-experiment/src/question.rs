@@ -213,7 +213,7 @@ pub enum Answer {
     Coupler(Box<CouplerAnswer>),
     /// The walls that none beats.
     Front(Box<FrontReport>),
-    /// Stability, passivity or transparency.
+    /// An analysis, as of stability, passivity or transparency.
     Analysis(Box<Analysed>),
 }
 

@@ -23,7 +23,7 @@ pub struct FeltSummary {
     pub duration_s: f64,
     /// Number of times that the handle went behind the surface, or was there at the start.
     pub contacts: u64,
-    /// Time behind it, s.
+    /// Time behind the surface, s, over all contacts.
     pub dwell_s: f64,
     /// Largest force, N; null without contact, as mean and rms.
     pub peak_force_n: Option<f64>,
@@ -103,7 +103,7 @@ impl Tally {
         self.was_inside = is_inside;
     }
 
-    /// The numbers so far.
+    /// The numbers over all ticks that were seen so far.
     #[must_use]
     pub fn summary(&self) -> FeltSummary {
         let inside = self.inside as f64;

@@ -202,7 +202,7 @@ pub struct Preflight<'a> {
     /// The map of depth, and its slope at the point where K and B are checked; `None` if the force
     /// is linear in the depth.
     pub map: Option<(DepthMap<f64>, f64)>,
-    /// Kind of contact.
+    /// Behaviour in front of the surface and on the way out.
     pub contact: WallContact,
     /// True if a guard keeps it from giving energy:
     /// [`EnergyBounding`](haptic_trial::GuardChoice::EnergyBounding).

@@ -16,9 +16,9 @@ use serde_json::Value;
 pub struct Hit {
     /// Speed of the hit, m/s.
     pub impact_m_per_s: f64,
-    /// Its verdict.
+    /// Verdict on the trial at this speed.
     pub verdict: TrialVerdict,
-    /// Largest force, N.
+    /// Largest magnitude of the force, N.
     pub peak_force_n: f64,
 }
 
@@ -31,7 +31,7 @@ pub fn louder(noises: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
 pub trait PushedTrial: Clone {
     /// The law that the device feels.
     type Law: Environment<f64, 1, History: Send> + Send;
-    /// Name of its table.
+    /// Name of its table in an experiment file.
     const KIND: &'static str;
     /// Reason for a push that no rest position belongs to.
     const NO_REST: &'static str;
@@ -40,7 +40,7 @@ pub trait PushedTrial: Clone {
     /// Said behind the verdict of a trial that this key refuses.
     const REFUSED: &'static str;
 
-    /// Device, push and safety.
+    /// Device, push and safety: everything but the law.
     fn setup(&self) -> &TrialSetup;
 
     /// Device, push and safety, to change.

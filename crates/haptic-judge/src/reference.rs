@@ -74,7 +74,7 @@ enum Source<'a> {
 struct Stream<'a> {
     next_tick: u64,
     last_m: f64,
-    /// Ticks before the run.
+    /// Ticks before the run, which shift its numbers.
     before: u64,
     step: Step<'a>,
 }

@@ -125,17 +125,17 @@ pub const GONE_M: f64 = 1.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TrialVerdict {
-    /// Device at rest.
+    /// Device at rest, and not by friction alone.
     Stable,
     /// Device at rest, but perhaps only because friction holds it: without friction it is not, or taps are too small beside friction to tell.
     HeldByFriction,
-    /// Not at rest.
+    /// Not at rest, or swinging in a way that does not die.
     Unstable,
     /// The force was at its limit for too long: the limit was tried, not the wall.
     Saturated,
     /// No force was made at the end: nothing was tried.
     Untouched,
-    /// The device has left.
+    /// The device was farther away than [`GONE_M`].
     Gone,
     /// A fault or an interruption ended the trial.
     Unfinished,
@@ -161,7 +161,7 @@ impl TrialVerdict {
 pub struct Settling {
     /// True if it is at rest, and not by friction alone.
     pub stable: bool,
-    /// The outcome.
+    /// The outcome; `stable` is true for the best one only.
     pub verdict: TrialVerdict,
     /// The rule by which it is judged.
     pub criterion: Criterion,
@@ -305,9 +305,7 @@ pub struct Judge {
     /// Begin of the second half, s.
     half_s: f64,
     force_limit_n: f64,
-    /// Push of a motor.
     push: Option<MotorPush>,
-    /// Taps of the motor.
     taps: Option<Taps>,
     /// Push, N, and spring of a hand, N/m, which a law that integrates balances at rest.
     balanced: Option<[f64; 2]>,

@@ -22,7 +22,7 @@ use haptic_trial::{DeviceModel, Sensors};
 pub struct TrialSetup {
     /// The device, its hand and its imperfections, simulated here or known for a serial device.
     pub device: MassDamperConfig,
-    /// Imperfections of its sensors.
+    /// Encoder resolution and noise of the position that the loop reads.
     pub sensors: Sensors,
     /// Push, hit and the rule that judges.
     pub plan: TrialPlan,
@@ -52,9 +52,9 @@ pub struct TrialParts<E: Environment<f64, 1>> {
     pub controller: Controller<f64, 1, E>,
     /// The device behind its sensors, or both of them.
     pub device: Sensed<Pushed>,
-    /// Length of the trial.
+    /// Samples of the trial, that at time 0 included.
     pub samples: u64,
-    /// Judge of the samples.
+    /// Judge of the trial, which must see each sample.
     pub judge: Judge,
     /// See [`Settling::expected_deflection_m`](crate::settling::Settling::expected_deflection_m).
     pub rest_m: Option<f64>,

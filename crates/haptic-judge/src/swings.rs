@@ -30,7 +30,7 @@ const GONE: f64 = 0.5;
 /// Changes of the speed by friction in a tick, below which a swing tells nothing.
 const STOPPED: f64 = 8.0;
 
-/// A trial with taps.
+/// A trial in which the motor taps the wall by steps of its force.
 #[derive(Clone, Debug)]
 pub struct Taps {
     /// Ticks from one step of the tap to the next.
@@ -41,7 +41,7 @@ pub struct Taps {
     pub hand_n_per_m: f64,
     /// Friction by the device file, N.
     pub friction_n: f64,
-    /// Encoder step, m.
+    /// Encoder step, m; 0 for an ideal sensor.
     pub encoder_step_m: f64,
     /// Force of a step of the encoder through the law, N.
     pub step_n: f64,
@@ -56,13 +56,13 @@ pub struct Taps {
 pub struct Swings {
     /// Mean step of the force, N.
     pub tap_n: f64,
-    /// Friction, at least, N.
+    /// Friction, N: that of the device file, or the force left at rest, if larger.
     pub friction_n: f64,
     /// Share of a swing that is left in the next.
     pub swing_ratio: f64,
     /// Lower end of its interval.
     pub swing_ratio_from: f64,
-    /// Its upper end.
+    /// Upper end of the interval of that share.
     pub swing_ratio_to: f64,
     /// The share up to which a wall settles in time.
     pub swing_ratio_limit: f64,
@@ -238,7 +238,7 @@ impl After {
 /// Least squares of s' = ρ·s − c over all taps, each with its own first swing; the last one of each is a bound from above.
 struct Fit {
     windows: Vec<Vec<f64>>,
-    /// Largest c.
+    /// Largest c that the friction allows.
     most: f64,
     /// Least standard deviation of a swing.
     noise: f64,

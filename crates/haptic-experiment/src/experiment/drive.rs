@@ -128,7 +128,7 @@ pub(crate) fn second_device(
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DriveDevice {
     pub remote: RemoteDevice,
-    /// Its dynamics, if known.
+    /// Dynamics by its model file; `None` without one.
     pub dynamics: Option<Dynamics>,
     /// Its contact with the tissue's device.
     pub contact: FacingContact,

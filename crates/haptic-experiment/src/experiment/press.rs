@@ -69,7 +69,7 @@ use std::sync::Arc;
 parameters! {
     pub(crate) mod keys;
     PROTOCOL = text("protocol", "ramp", "How it is pressed");
-    /// Largest depth, m.
+    /// Largest depth, m, from where the handle begins.
     PRESS_DEPTH = number(DEPTH.key, 2e-3, "2mm", REACHES_ABOVE_0, "Depth to hold, from where the handle begins: in front of the specimen");
     PRESS_DEPTHS = list("depths_m", REACHES_ABOVE_0, "Steps: their depths, deeper each [default: a third, two thirds and all of the depth]");
     /// Time of a ramp, s.
@@ -96,7 +96,7 @@ pub(crate) const PRESS: &[Parameter] = &joined::<34>(&[
     &[SAMPLE_TIME, FORCE_LIMIT, FORCE_RATE_LIMIT, p::DEVICE_MODEL],
 ]);
 
-/// Periods of each frequency.
+/// Periods for which a sine of one frequency lasts.
 const PERIODS: f64 = 5.0;
 /// Samples by which a force from here is later than one of the device's own loop.
 const LINE_SAMPLES: f64 = 2.0;

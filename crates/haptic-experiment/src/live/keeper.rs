@@ -10,7 +10,7 @@ const BATCH: usize = 1024;
 
 /// Whoever sees each tick of a loop, in its order, in the thread of the keeper.
 pub trait Watch: Send {
-    /// A request from outside.
+    /// A request from another thread, which is done before the next ticks are taken.
     type Task: Send;
 
     /// Does what was asked for.
@@ -19,7 +19,7 @@ pub trait Watch: Send {
     /// Ticks that found the ring full: they come before the next.
     fn lost(&mut self, ticks: u64);
 
-    /// Takes a tick.
+    /// Takes a tick, in the order in which the loop made it.
     fn take(&mut self, ticked: &Ticked);
 
     /// Keeps what came since the last time, if anything did.

@@ -20,7 +20,7 @@ pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[derive(Debug)]
 pub struct Orders {
     ring: Mutex<Producer<LoopOrder>>,
-    /// Counts of the loop.
+    /// Counts of the loop, which may be read at any time.
     pub counts: Arc<LoopCounts>,
     threads: Mutex<Vec<JoinHandle<()>>>,
 }

@@ -17,14 +17,14 @@ pub struct Recording {
     /// Its path in the folder of the runs, without `.mcap`.
     pub name: String,
     first: Option<(u64, f64)>,
-    /// Samples so far.
+    /// Samples from its first to its newest, those that are missing included.
     pub samples: u64,
 }
 
 /// A recording that has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finished {
-    /// Its name.
+    /// Its path in the folder of the runs, without `.mcap`.
     pub name: String,
     /// Samples from its first to its last.
     pub samples: u64,
@@ -87,7 +87,7 @@ impl Recording {
         (reading.tick - first_tick, reading.time_s - first_s)
     }
 
-    /// Takes an event.
+    /// Records an event, whose time counts from the first sample.
     pub fn event(&mut self, time_s: f64, kind: &str, text: String) {
         let since = time_s - self.first.map_or(time_s, |(_, first_s)| first_s);
         // A writer that has ended is seen at the tick.

@@ -78,7 +78,7 @@ const NOT_ALLOWED: &str = "this wall is not among those that were allowed: allow
 /// Push of an emulated device's hand if nobody asks for one, N: next to none.
 const NO_PUSH_N: f64 = 1e-6;
 
-/// Devices of open sessions.
+/// Devices of open sessions: a device is in one session at a time.
 static OPEN: Mutex<Vec<LinkedName>> = Mutex::new(Vec::new());
 
 /// A device that this session alone has, until it has let go.
@@ -106,7 +106,7 @@ impl Drop for Claim {
     }
 }
 
-/// Parameters of a session.
+/// Device, log and pace of a session.
 #[derive(Clone, Debug)]
 pub struct SessionOptions {
     /// Keys of a `[wall]` but those of the law: the device and its loop, and the safety chain.
@@ -129,7 +129,7 @@ struct Allowed {
 /// Report of a session that has ended.
 #[derive(Clone, Debug, Serialize)]
 pub struct SessionReport {
-    /// Samples in the log.
+    /// Samples in the log, those that were dropped left out.
     pub samples: u64,
     /// Samples and events that are not in it.
     pub dropped_samples: u64,
@@ -159,7 +159,6 @@ struct Connected {
     rise_ticks: u64,
 }
 
-/// State of a session.
 #[derive(Debug, Default)]
 struct Course {
     allowed: Vec<Allowed>,
@@ -823,7 +822,7 @@ impl Session {
             .give(LoopOrder::Event(event(kind, text.to_owned())))
     }
 
-    /// Path of the log.
+    /// Path of the log, which is closed when the session ends.
     #[must_use]
     pub fn log(&self) -> &Path {
         &self.log

@@ -66,10 +66,10 @@ pub enum LoopOrder {
     Event(EventMessage),
 }
 
-/// News of a loop.
+/// News of a loop for its keeper.
 #[derive(Debug)]
 pub enum FromLoop {
-    /// A tick.
+    /// A tick that was made, with what surrounds it.
     Tick(Ticked),
     /// Something that is not needed any more.
     Spent(Box<dyn Any + Send>),
@@ -80,9 +80,9 @@ pub enum FromLoop {
 pub struct Ticked {
     /// Its number in this loop: none is left out, whatever a line lost.
     pub number: u64,
-    /// Readings and forces.
+    /// Readings and forces of the tick, as the loop had them.
     pub sample: LoopSample<f64, 1>,
-    /// The hand around it.
+    /// Hand and timing, which only the runner of the loop knows.
     pub around: Around,
     /// The loop comes to rest, or is there.
     pub stopping: bool,
@@ -121,7 +121,7 @@ impl Around {
 /// Counts that others may read at any time, and the wish to stop.
 #[derive(Debug, Default)]
 pub struct LoopCounts {
-    /// Ticks that were made.
+    /// Ticks that were made, those that were lost included.
     pub made: AtomicU64,
     /// Ticks that found the ring full.
     pub lost: AtomicU64,
@@ -144,7 +144,7 @@ pub struct LoopCounts {
 pub struct LoopEnds {
     /// Orders from whoever gives them.
     pub orders: Consumer<LoopOrder>,
-    /// Messages to the keeper.
+    /// Ticks for the keeper; one that finds the ring full is counted as lost.
     pub out: Producer<FromLoop>,
 }
 

@@ -42,12 +42,12 @@ impl Gate {
 /// Facts that are kept of the loop.
 #[derive(Debug, Default)]
 pub(super) struct Kept {
-    /// Ticks that are kept.
+    /// The number of the next tick, one beyond the newest that is kept.
     pub(super) made: u64,
     pub(super) position_m: f64,
     /// The law of the newest of them.
     pub(super) stimulus: u64,
-    /// Sums over a stimulus.
+    /// Sums over the ticks of the stimulus that is felt.
     pub(super) tally: Tally,
     /// Positions that the law has heard, m, and the number of the first.
     pub(super) past_m: VecDeque<f64>,
@@ -87,7 +87,6 @@ pub(super) struct Shared {
     pub(super) moved: Condvar,
 }
 
-/// The keeper's part.
 pub(super) struct Watching {
     pub(super) shared: Arc<Shared>,
     pub(super) batch: Vec<Ticked>,

@@ -42,7 +42,7 @@ impl Section {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Motion {
     pub position_m: f64,
-    /// True in a hold.
+    /// True while the path stays at one depth.
     pub held: bool,
 }
 

@@ -474,7 +474,7 @@ impl Judge {
         }
     }
 
-    /// Felt impedances, by frequency.
+    /// Impedances that the master's hand felt, beside those of the tissue and of the formula.
     pub(super) fn felt(
         &self,
         experiment: &TeleoperationExperiment,

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Forces that are read, in thirds of the largest; the last two are reached from above.
 const LEVELS: [f64; 5] = [1.0, 2.0, 3.0, 2.0, 1.0];
-/// Lifts of a weight.
+/// Times that the handle lifts a weight and sinks with it.
 const LIFTS: usize = 3;
 /// Time in which the force goes from zero to the largest, to settle, and over which is averaged, s.
 const RAMP_S: f64 = 1.5;
@@ -36,11 +36,10 @@ const PATIENCE_S: f64 = 180.0;
 /// No way of a handle is as long, m.
 const FAR: f64 = f64::INFINITY;
 
-/// Findings of a calibration.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     pub points: Vec<Point>,
-    /// The free handle.
+    /// The free handle at rest, without a weight on it.
     pub idle: Point,
     /// Time by which the sensor follows, s.
     pub lag_s: Option<MeasuredNumber>,
