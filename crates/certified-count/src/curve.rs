@@ -11,7 +11,7 @@ const WHOLE: f64 = 0.1;
 /// Halvings of a way before it is given up: one of π/64 is 1e-20 rad then.
 const HALVINGS: u32 = 60;
 
-/// F at a node.
+/// F at a node, with its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeValue {
     /// The angle θ, rad, of the node.

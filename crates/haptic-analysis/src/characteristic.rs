@@ -27,7 +27,7 @@ pub(crate) struct Characteristic<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     pub(crate) place: Place,
-    /// A.
+    /// A, the denominator of the plant.
     pub(crate) plant: Jet,
     /// S = w^(d+1) times the numerator of the plant.
     pub(crate) gain: Jet,
@@ -46,7 +46,7 @@ pub(crate) struct Span {
 }
 
 impl<'a> Characteristic<'a> {
-    /// Characteristic of a wall.
+    /// Characteristic of a wall, without an object behind it.
     pub(crate) const fn new(plant: SampledPlant, operator: &'a LoopOperator) -> Self {
         Self {
             plant,

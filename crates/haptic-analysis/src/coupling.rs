@@ -212,7 +212,7 @@ pub enum LeastDamping {
     },
     /// `Re(1/Z_c)` is not positive at a frequency where the hold takes energy: no b is enough.
     NoneIsEnough {
-        /// Such a θ, rad/sample.
+        /// A θ at which that is so, rad/sample.
         theta: f64,
     },
 }

@@ -21,7 +21,7 @@ pub enum AnalysisError {
     /// A question that only makes sense for a stable loop.
     #[error("the loop is not stable: it has no {what}")]
     NotStable {
-        /// The thing asked for.
+        /// The quantity that only a stable loop has.
         what: &'static str,
     },
     /// A parameter of the operator.

@@ -14,9 +14,9 @@ const DOUBLINGS: usize = 60;
 /// A number that is wanted, and its weight: a, b, c and w above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WantedNumber {
-    /// a and b.
+    /// a and b, the factors of K and B.
     pub parts: [f64; 2],
-    /// c.
+    /// c, which a·K + b·B should reach.
     pub value: f64,
     /// w, above 0.
     pub weight: f64,

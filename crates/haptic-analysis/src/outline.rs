@@ -269,9 +269,9 @@ fn join(arcs: &[Arc]) -> Result<Vec<Vec<usize>>, AnalysisError> {
 /// One corner or point of a boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutlinePoint {
-    /// α.
+    /// α, the stiffness without units.
     pub alpha: f64,
-    /// β.
+    /// β, the dissipation without units.
     pub beta: f64,
     /// The angle at which a pole crosses the circle there, rad/sample; `None` on an axis.
     pub theta: Option<f64>,

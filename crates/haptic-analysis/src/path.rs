@@ -46,7 +46,7 @@ impl ForcePath {
         fraction: 0.0,
         lag: 0.0,
     };
-    /// Longest delay, samples.
+    /// Longest delay that a path may have, samples.
     pub const DELAY_MAX: f64 = 10_000.0;
     const LAG_MAX: f64 = 1e6;
 

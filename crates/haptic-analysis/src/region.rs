@@ -59,7 +59,7 @@ pub enum StabilityRegion {
 pub struct StableArea {
     /// Outer boundaries and holes, the largest first.
     pub polygons: Vec<Polygon>,
-    /// Area, holes taken away.
+    /// Area in the plane of α and β, holes taken away.
     pub area: f64,
     /// The least upper bound of α.
     pub alpha_max: f64,

@@ -27,7 +27,7 @@ pub struct Nondimensional {
 }
 
 impl Nondimensional {
-    /// Largest α and β.
+    /// Largest α and β that are accepted.
     pub const WALL_MAX: f64 = 1e12;
 
     /// Itself, if all four are within their ranges.
@@ -162,7 +162,7 @@ impl<'a> SampledLoop<'a> {
         &self.characteristic.plant
     }
 
-    /// F(e^(−jθ)).
+    /// F at w = e^(−jθ), θ in rad/sample.
     #[must_use]
     pub fn characteristic(&self, theta: f64) -> Complex<f64> {
         let node = self.characteristic.node(theta);
@@ -182,7 +182,7 @@ impl<'a> SampledLoop<'a> {
         circle.count([self.alpha, self.beta], BOUNDARY, self.beside_rest)
     }
 
-    /// The verdict alone.
+    /// True if the verdict is stable; it costs as much as the verdict.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.verdict().stable

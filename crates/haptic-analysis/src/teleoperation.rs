@@ -60,7 +60,7 @@ use num_complex::Complex;
 pub struct Teleoperation {
     /// The device in the hand.
     pub master: HandMass,
-    /// The remote device.
+    /// The remote device, which touches the environment.
     pub slave: HandMass,
     /// The laws of both sides.
     pub line: HandLine,

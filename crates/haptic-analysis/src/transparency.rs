@@ -160,7 +160,7 @@ pub struct ClosedLoop {
     pub mass_kg: f64,
     /// b, N·s/m, at least 0.
     pub damping_n_s_per_m: f64,
-    /// K, B, μ, T.
+    /// The environment with its sample time: K, B, μ and T.
     pub environment: SampledWall,
     /// d + h and τ, besides the hold; none in the dissertation.
     pub path: ForcePath,

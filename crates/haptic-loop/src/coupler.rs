@@ -115,7 +115,7 @@ pub struct VirtualCoupler<F, O> {
     /// 1/(1 + T·Y·(`k_c/T + b_c·g`)).
     share: F,
     mobility: F,
-    /// T·Y, m/N.
+    /// T·Y, m/N: the way of the object in a tick for each newton.
     give: F,
     /// `k_o`, N/m.
     stiffness: F,
@@ -137,17 +137,17 @@ pub struct CoupledHistory<F, H> {
     place: F,
     /// v[n−1], m/s.
     velocity: F,
-    /// r, N.
+    /// r, N, the memory of Tustin's rule.
     carried: F,
 }
 
 /// One tick of one axis.
 struct Solved<F> {
-    /// F, N.
+    /// F, N, the force on the object; the device feels −F.
     force: F,
-    /// y, m.
+    /// y = x − q at the end of the tick, m.
     deflection: F,
-    /// v, m/s.
+    /// v of the object, m/s.
     velocity: F,
 }
 

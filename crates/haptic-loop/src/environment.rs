@@ -132,7 +132,7 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
         }
     }
 
-    /// D^μ.
+    /// The operator D^μ of the dissipation.
     pub const fn operator(&self) -> &O {
         &self.operator
     }

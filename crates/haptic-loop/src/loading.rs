@@ -34,7 +34,7 @@ enumerated! {
     /// Modulus that a number in Pa states.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Modulus {
-        /// G.
+        /// G, of shear stress over shear strain.
         Shear "shear",
         /// E = 2(1+ν)·G.
         Young "young",

@@ -51,7 +51,7 @@ pub struct Tap<F> {
 }
 
 impl<F: Real> Tap<F> {
-    /// No tap.
+    /// No tap in any tick.
     pub const NONE: Self = Self {
         force_n: F::ZERO,
         ticks: 0,

@@ -46,19 +46,19 @@ impl Tissue {
         })
     }
 
-    /// E₀.
+    /// E₀ in Pa, at least 0.
     #[must_use]
     pub const fn elastic_modulus(&self) -> Pascals {
         self.elastic_modulus
     }
 
-    /// η, Pa·s^α.
+    /// η in Pa·s^α, at least 0.
     #[must_use]
     pub const fn viscosity_pa_s_alpha(&self) -> f64 {
         self.viscosity_pa_s_alpha
     }
 
-    /// α.
+    /// α, from 0 to 1.
     #[must_use]
     pub const fn order(&self) -> Order {
         self.order

@@ -113,7 +113,7 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         }
     }
 
-    /// D^μ.
+    /// The operator D^μ of the dissipation.
     pub const fn operator(&self) -> &O {
         match self {
             Self::Linear(wall) => wall.operator(),

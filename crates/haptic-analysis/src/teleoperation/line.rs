@@ -132,7 +132,7 @@ struct Frequency {
 }
 
 impl Frequency {
-    /// Δ without playout.
+    /// Δ = e^(−jψ), the delay of the line without playout.
     fn late(&self) -> Complex<f64> {
         Complex::from_polar(1.0, -self.psi)
     }

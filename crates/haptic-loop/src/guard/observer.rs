@@ -52,7 +52,7 @@ impl PassivityObserver {
 pub(crate) struct Observer<F> {
     /// The most damping, over T: N/m.
     damping_max: F,
-    /// T/τ.
+    /// T/τ, the share of the stored energy that a tick forgets.
     forgotten: F,
 }
 

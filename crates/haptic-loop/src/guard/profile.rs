@@ -88,7 +88,7 @@ pub(super) struct Timing {
     pub(super) delay: f64,
     /// Half the width of that interval.
     pub(super) spread: f64,
-    /// τ/T.
+    /// τ/T, the lag of the actuator in samples.
     pub(super) lag: f64,
 }
 
@@ -100,9 +100,9 @@ pub(super) fn doubt<F: Real>() -> F {
 /// The effect and the possible cost of the forces on their way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Profile<F> {
-    /// d.
+    /// d, the whole samples of delay.
     whole: usize,
-    /// q.
+    /// q = e^(−T/τ), the share of a lag's rest that a sample leaves.
     decay: F,
     /// ḡ − f₁ of s and of r₀.
     mean: [F; 2],

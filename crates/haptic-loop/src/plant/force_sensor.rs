@@ -79,7 +79,7 @@ impl ForceSensor {
         };
     }
 
-    /// Its range, N.
+    /// Largest magnitude of a reading, N, at which the sensor saturates.
     #[must_use]
     pub const fn range(&self) -> Newtons {
         self.config.range

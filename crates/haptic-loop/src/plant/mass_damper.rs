@@ -168,13 +168,13 @@ impl<const D: usize> MassDamper<D> {
         self.external = force;
     }
 
-    /// Position now, m.
+    /// True position now, m, of each axis.
     #[must_use]
     pub fn position(&self) -> SVector<f64, D> {
         SVector::from_fn(|axis, _| self.axes[axis].position)
     }
 
-    /// Velocity now, m/s.
+    /// True velocity now, m/s, of each axis.
     #[must_use]
     pub fn velocity(&self) -> SVector<f64, D> {
         SVector::from_fn(|axis, _| self.axes[axis].velocity)

@@ -21,7 +21,7 @@ use fracdiff::Real;
 use fracdiff::parameter::{positive, range};
 use nalgebra::SVector;
 
-/// Longest step, s.
+/// Longest step, s, in which ε is straight and F held.
 const STEP_MOST: f64 = 5e-5;
 /// Δ ln r between exponentials; the error of the sum is e^(−π²/Δ).
 const SPACING: f64 = 0.5;
@@ -40,16 +40,16 @@ pub enum SpecimenMatter {
         /// α in [0, 1].
         order: f64,
     },
-    /// Stresses add.
+    /// Elements side by side: their stresses add.
     Parallel(Vec<Self>),
-    /// Strains add.
+    /// Elements in a row: their strains add.
     Series(Vec<Self>),
 }
 
 /// A specimen by its matter and its shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PressedSpecimen {
-    /// Its elements.
+    /// Springs, dashpots and spring-pots, and how they are joined.
     pub matter: SpecimenMatter,
     /// γ, m: force over stress and depth.
     pub shape_m: f64,
@@ -194,10 +194,10 @@ pub struct PressedDevice {
     at_rest: Part,
     /// e(δ) of the last step, m.
     effective: f64,
-    /// F, N.
+    /// F of the last step, N, never negative.
     force_n: f64,
     steps: u64,
-    /// Steps in a sample.
+    /// Steps in a sample time, at least 1.
     per_sample: u64,
     sample_time: f64,
 }
@@ -241,7 +241,7 @@ impl PressedDevice {
         (self.effective, self.force_n, self.steps) = (0.0, 0.0, 0);
     }
 
-    /// Position now, m.
+    /// True position now, m, from where the specimen begins.
     #[must_use]
     pub fn position(&self) -> f64 {
         self.device.position()[0]

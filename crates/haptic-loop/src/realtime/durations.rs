@@ -27,7 +27,7 @@ impl Default for Durations {
 }
 
 impl Durations {
-    /// Counts one more.
+    /// Counts a duration, in the caller's unit; it neither fails nor allocates.
     pub fn record(&mut self, duration: u64) {
         let within = duration.min((1 << CONFIG.max_value_power()) - 1);
         // Within its range none is refused.
@@ -69,7 +69,7 @@ impl Durations {
         some.map(|bucket| (bucket.end(), bucket.count()))
     }
 
-    /// Forgets them all.
+    /// Forgets all durations, the longest too.
     pub fn reset(&mut self) {
         self.counts.reset();
         (self.recorded, self.longest) = (0, 0);

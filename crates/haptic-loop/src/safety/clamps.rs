@@ -168,11 +168,11 @@ impl<F: Real> Norm<F> {
 /// so a force within convex limits stays there. *Rounding*: exact with one axis, one rounding of the force with more.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Release<F> {
-    /// n.
+    /// n, the ticks in which the force falls to 0.
     ticks: F,
     /// 1/n.
     share: F,
-    /// N.
+    /// Brake force, N, the least height at which the envelope begins.
     brake_force: F,
 }
 

@@ -197,7 +197,7 @@ macro_rules! table {
 
         // A function for each column: a microcontroller has no room for keys and help, which it never asks for.
         impl Limit {
-            /// Each once.
+            /// Every limit once, in the order of declaration.
             pub const ALL: [Self; [$(Self::$name),*].len()] = [$(Self::$name),*];
 
             /// Names the limit in files, options and reports, with its unit.
@@ -206,7 +206,7 @@ macro_rules! table {
                 match self { $(Self::$name => $key,)* }
             }
 
-            /// One line for people.
+            /// Explains the limit in one line, as the help of an option.
             #[must_use]
             pub const fn help(self) -> &'static str {
                 match self { $(Self::$name => $help,)* }

@@ -20,14 +20,14 @@ pub(super) struct MotionLimits<F> {
     speed: Option<Zone<F>>,
     jump: Option<Jump<F>>,
     stuck: Option<Standstill<F>>,
-    /// b, N·s/m.
+    /// b, N·s/m, of the braking −p·b·v.
     braking: F,
 }
 
 /// The farthest that a position moves in a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Jump<F> {
-    /// m.
+    /// Motion, m, that is allowed beyond the step.
     allowance: F,
     /// Step by the speed limit, m.
     step: F,
@@ -36,7 +36,7 @@ struct Jump<F> {
 /// See [`Stuck`](super::Stuck).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Standstill<F> {
-    /// N.
+    /// Rise of the wanted force, N, beyond which a reading should have moved.
     force: F,
     ticks: F,
 }
@@ -122,11 +122,11 @@ fn speed<F: Real>(speed: SpeedLimit, checks: &mut Checks) -> Zone<F> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion<F, const D: usize> {
     last: Option<SVector<F, D>>,
-    /// Δ, m.
+    /// Δ, m, from the last position to this one.
     pub(super) moved: SVector<F, D>,
     /// If Δ was measured; else it is 0.
     pub(super) known: bool,
-    /// m/s.
+    /// Velocity, m/s, Δ/T through a low-pass filter.
     pub(super) velocity: SVector<F, D>,
     /// 1 over the samples from the last position to the next: 1 unless some did not come.
     share: F,
