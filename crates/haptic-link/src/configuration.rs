@@ -203,7 +203,7 @@ impl Simulation {
 /// The plant of a simulated device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum SimulationKind {
-    /// Nothing is simulated.
+    /// Nothing is simulated: sensor and actuator are real.
     #[default]
     Real,
     /// A mass-damper with a hand that pushes.

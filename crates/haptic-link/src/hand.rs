@@ -134,7 +134,7 @@ pub enum HandState {
     },
     /// Sums over all waves that have left.
     Wave {
-        /// T·Σu, √J·√s.
+        /// T·Σu of all of them, √J·√s.
         sum: f64,
         /// T·Σu²/2, J.
         energy_j: f64,

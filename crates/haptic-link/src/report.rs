@@ -212,7 +212,7 @@ pub struct Status {
 /// The part of a device's own program in a fault, where it has one: of a [bridge](Trouble). It displays as one line with the remedy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Reason {
-    /// Kind of the trouble.
+    /// Kind of the trouble, [`Trouble::Nothing`] for a device without such a program.
     pub trouble: Trouble,
     /// Time between calls as it was measured, µs; 0 where no time is in question.
     #[serde(with = "postcard::fixint::le")]
@@ -245,7 +245,7 @@ enumerated! {
 }
 
 impl Reason {
-    /// A trouble without times.
+    /// A trouble in which no time is in question.
     #[must_use]
     pub const fn of(trouble: Trouble) -> Self {
         Self {
@@ -363,7 +363,7 @@ pub struct Alive {
 /// Counters since power-up for everything that the device receives and sends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Statistics {
-    /// Ticks that were done.
+    /// Ticks that were done; periods that were skipped do not count.
     #[serde(with = "postcard::fixint::le")]
     pub ticks: u32,
     /// Ticks that began a whole period late or took longer than one.
@@ -396,7 +396,7 @@ pub struct Statistics {
     /// Frames of another protocol version.
     #[serde(with = "postcard::fixint::le")]
     pub foreign: u32,
-    /// Frames that never arrived.
+    /// Numbers missing from the sequence of those received.
     #[serde(with = "postcard::fixint::le")]
     pub lost: u32,
     /// Frames that arrived twice; each was acted on once.
@@ -481,7 +481,7 @@ pub struct Ack {
     pub sequence: u16,
     /// First byte of the request.
     pub request: u8,
-    /// Acceptance or refusal.
+    /// Acceptance of the request, or the reason for its refusal.
     pub outcome: Outcome,
 }
 

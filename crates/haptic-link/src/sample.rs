@@ -125,7 +125,7 @@ pub struct Flight {
     /// fault, and then the sample is all zero.
     #[serde(with = "postcard::fixint::le")]
     pub count: u16,
-    /// Record of that tick.
+    /// Record of the tick with that index.
     pub sample: Sample,
 }
 

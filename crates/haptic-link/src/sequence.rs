@@ -5,9 +5,9 @@
 /// Frames that did not arrive exactly once and in order, so far; each count is modulo 2³².
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutOfOrder {
-    /// Frames that never arrived.
+    /// Numbers that a newer frame skipped; frames that came late are among them.
     pub lost: u32,
-    /// Frames that arrived twice.
+    /// Frames that repeated the newest number.
     pub duplicate: u32,
     /// Frames that arrived after a later one.
     pub late: u32,
@@ -52,7 +52,7 @@ impl SequenceTracker {
     /// Number of late frames in a row and in order after which the tracker accepts their numbers.
     pub const RESTART_AFTER: u8 = 8;
 
-    /// Nothing has arrived yet.
+    /// A tracker to which nothing has arrived: any first number is new.
     pub const NEW: Self = Self {
         last: None,
         late_run: (0, 0),
@@ -111,7 +111,7 @@ pub struct RequestTracker {
 }
 
 impl RequestTracker {
-    /// Nothing has arrived yet.
+    /// A tracker to which nothing has arrived: any first number is new.
     pub const NEW: Self = Self {
         last: None,
         out_of_order: OutOfOrder::NONE,

@@ -16,9 +16,9 @@
 pub struct SerialNumber([u8; Self::MOST]);
 
 impl SerialNumber {
-    /// Fewest characters.
+    /// Fewest characters of a serial number.
     pub const LEAST: usize = 6;
-    /// Most characters.
+    /// Most characters of a serial number, and its bytes in a message.
     pub const MOST: usize = 32;
     /// The device knows no number of its own.
     pub const NONE: Self = Self([0; Self::MOST]);

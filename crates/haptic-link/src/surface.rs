@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// The kind of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum SurfaceKind {
-    /// A plane.
+    /// A plane, with the law where its normal points.
     #[default]
     Plane,
     /// A ball, with the law inside.

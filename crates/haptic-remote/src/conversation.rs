@@ -29,10 +29,10 @@ pub enum Incoming {
     Refused {
         /// Name of the request that was refused.
         request: &'static str,
-        /// Reason of the device.
+        /// Reason that the device gave for it.
         refusal: Refusal,
     },
-    /// Unrequested: samples, events, faults.
+    /// Report that nobody requested: samples, events, faults.
     Report(DeviceReport),
     /// Report like [`Report`](Self::Report), and the first of a run whose start was requested: the start was accepted, even if its answer is lost.
     Begun(DeviceReport),

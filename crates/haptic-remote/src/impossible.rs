@@ -15,7 +15,7 @@ pub enum Impossible {
     Position {
         /// Number of the tick that it is said to be of.
         tick: u32,
-        /// The reported position, m.
+        /// The reported position, m, which is NaN or infinite.
         position_m: f32,
     },
     /// A position outside the workspace of the run, in which the device latched no fault.
@@ -23,19 +23,19 @@ pub enum Impossible {
         "a position of {position_m:?} m in tick {tick}, outside {low_m} to {high_m} m, and no fault"
     )]
     Outside {
-        /// Number of the tick.
+        /// Number of the tick that reported it.
         tick: u32,
-        /// The reported position, m.
+        /// The reported position, m, outside the range that follows.
         position_m: f32,
         /// Lowest position that is no fault, m.
         low_m: f32,
-        /// Highest, m.
+        /// Highest position that is no fault, m.
         high_m: f32,
     },
     /// A motion in which the device latched no fault, though it is beyond its limits of speed and of a jump.
     #[error("a motion by {moved_m:?} m up to tick {tick}, of at most {most_m} m, and no fault")]
     Moved {
-        /// Number of the tick.
+        /// Number of the tick at the end of the motion.
         tick: u32,
         /// Motion since the sample before, m.
         moved_m: f32,
@@ -55,11 +55,11 @@ pub enum Impossible {
     /// A force sensor at the end of its range, where it no longer follows the force.
     #[error("a sensed force of {force_n} N in tick {tick}, at the end of the range of ±{most_n} N")]
     Saturated {
-        /// Number of the tick.
+        /// Number of the tick of the reading.
         tick: u32,
         /// Reading of the sensor, N.
         force_n: f32,
-        /// Its range, N.
+        /// Range of the sensor on either side of 0, N.
         most_n: f32,
     },
     /// A force sensor that no longer follows the force.
@@ -286,7 +286,6 @@ impl Reach {
     }
 }
 
-/// The sample before.
 #[cfg(feature = "std")]
 #[derive(Clone, Copy, Debug)]
 struct Before {

@@ -11,7 +11,7 @@ use haptic_loop::{
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
 const ZONE_MIN: f32 = 1e-6;
-/// Furthest place, m.
+/// Furthest end of a workspace from zero, m.
 pub(super) const FAR: f32 = haptic_link::Limits::PLACE_MOST_M;
 /// Most noise of a position, m: with more of it nothing can be guarded.
 const NOISE_MAX: f32 = 0.01;

@@ -23,7 +23,7 @@ pub enum LinkError {
     Refused {
         /// Name of the request, as in the protocol.
         request: &'static str,
-        /// Reason of the device.
+        /// Reason that the device gave for it.
         refusal: Refusal,
     },
     /// The device speaks another version of the protocol.

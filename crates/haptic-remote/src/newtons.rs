@@ -79,7 +79,7 @@ impl ForceFactors {
         sample
     }
 
-    /// Abilities in true newtons.
+    /// Abilities of the device in true newtons; those of its motor are rounded down.
     pub(crate) fn able(&self, can: Capabilities) -> Capabilities {
         let share = self.made_most.min(1.0);
         Capabilities {

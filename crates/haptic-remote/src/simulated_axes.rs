@@ -19,7 +19,7 @@ pub struct SimulatedAxes<const D: usize> {
 }
 
 impl<const D: usize> SimulatedAxes<D> {
-    /// Under this name.
+    /// Axes of a board that gives itself this name.
     #[must_use]
     pub fn new(board: &str) -> Self {
         Self {

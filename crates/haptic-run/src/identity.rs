@@ -38,7 +38,7 @@ pub(super) enum Known {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Told<'a> {
     pub board: &'a str,
-    /// Number in its greeting.
+    /// Serial number in its greeting, which may state none.
     pub number: SerialNumber,
     pub simulated: bool,
     /// The path by which it was opened.

@@ -8,7 +8,7 @@ use haptic_loop::realtime::Durations;
 pub struct LinkSummary {
     /// Name that the board gives itself.
     pub board: String,
-    /// Version of its firmware.
+    /// Version of its firmware, as the board states it.
     pub firmware: String,
     /// Number that the device told.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -119,13 +119,13 @@ pub fn cycles(counted: u32) -> (Option<u32>, Option<&'static str>) {
 pub struct FrameCounts {
     /// Number that were sent.
     pub sent: u32,
-    /// Number that arrived whole.
+    /// Number that arrived whole, with a right check sum.
     pub received: u32,
     /// Number whose check sum was wrong.
     pub corrupt: u32,
     /// Number missing from the sequence.
     pub lost: u32,
-    /// Number that arrived twice.
+    /// Number that repeated one received before.
     pub duplicate: u32,
     /// Came after a later one.
     pub late: u32,

@@ -21,7 +21,7 @@ pub struct Microseconds {
 }
 
 impl Microseconds {
-    /// Quantiles of these, ns.
+    /// Quantiles of durations that were recorded in ns.
     pub fn of(durations: &Durations) -> Self {
         let at = |quantile| durations.quantile(quantile) as f64 / 1e3;
         Self {
@@ -33,7 +33,7 @@ impl Microseconds {
     }
 }
 
-/// A duration, µs.
+/// A duration in µs, with its nanoseconds.
 pub fn microseconds(time: Duration) -> f64 {
     time.as_nanos() as f64 / 1e3
 }

@@ -33,7 +33,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Format of the files.
+/// Format of the files; a file of another one is refused.
 const FORMAT: u64 = 1;
 /// Files in the folder are these; others are of versions that came before, or of unfinished writes.
 const ENDING: &str = "toml";

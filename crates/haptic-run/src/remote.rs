@@ -118,11 +118,11 @@ impl RemoteDevice {
 /// Law that the device renders, and the plant that it simulates if it is simulated.
 #[derive(Clone, Debug)]
 pub struct RemoteLaw {
-    /// K, N/m.
+    /// K of the law, N/m.
     pub stiffness_n_per_m: f64,
-    /// B, N·s^μ/m.
+    /// B of the law, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
-    /// μ.
+    /// Order μ of the law's dissipation.
     pub order: f64,
     /// True for an environment that begins at 0 and pushes but never pulls.
     pub one_sided: bool,

@@ -32,6 +32,6 @@ impl std::fmt::Debug for Supervisor<'_> {
 pub struct Watched<'a> {
     /// Folder and names of its files.
     pub request: &'a FolderRequest,
-    /// Watcher of the run.
+    /// Watcher of the run, which may stop it.
     pub supervisor: Supervisor<'a>,
 }

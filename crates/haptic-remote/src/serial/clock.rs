@@ -33,7 +33,7 @@ const SHORT_US: f64 = 10e6;
 /// A keep-alive that was answered; times of this machine from an epoch of its own, µs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ping {
-    /// When it was sent.
+    /// Time at which it was sent.
     pub sent_us: u64,
     /// When its answer was heard.
     pub heard_us: u64,
@@ -72,7 +72,7 @@ impl Default for Pings {
 }
 
 impl Pings {
-    /// Takes one in.
+    /// Takes a keep-alive in; of each stretch, that with the shortest round trip is kept.
     pub fn add(&mut self, ping: Ping) {
         if let Some(last) = self.best.last_mut()
             && self.in_last < self.each

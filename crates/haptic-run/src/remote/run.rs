@@ -49,7 +49,7 @@ pub struct RemoteRun<'a, M = TickMessage> {
     pub tares: bool,
     /// Known dynamics of a device at a port.
     pub dynamics: Option<Dynamics>,
-    /// Folder for its files.
+    /// Folder and names of the files of the run.
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
     pub metadata: BTreeMap<String, String>,

@@ -55,7 +55,7 @@ pub(super) struct Ready<'a, M> {
     pub found: Option<Findings>,
     /// Push of a motor into its law.
     pub push: Option<MotorPush>,
-    /// Its taps.
+    /// Taps of its motor; `None` without them.
     pub tap: Option<Tap<f64>>,
     pub force_limit_n: f64,
     /// The offset of its force sensor is measured before it is armed.
@@ -522,11 +522,11 @@ pub enum Steered {
 
 /// Whoever may change the law of a loop here between its ticks.
 pub trait Steers<F: Real, E: Environment<F, D>, const D: usize> {
-    /// Looks at a tick.
+    /// Sees a tick that is done, and may change the law before the next.
     fn steer(&mut self, controller: &mut Controller<F, D, E>, sample: &Tick<F, D>) -> Steered;
 }
 
-/// Nobody.
+/// Nobody: the law stays as it is.
 impl<F: Real, E: Environment<F, D>, const D: usize> Steers<F, E, D> for () {
     fn steer(&mut self, _: &mut Controller<F, D, E>, _: &Tick<F, D>) -> Steered {
         Steered::On(None)
