@@ -25,7 +25,7 @@ pub struct Autoregression {
 }
 
 impl Autoregression {
-    /// White noise.
+    /// White noise: successive values are not correlated.
     pub const WHITE: Self = Self {
         correlations: [0.0; HIGHEST_ORDER],
         order: 0,

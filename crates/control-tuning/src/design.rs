@@ -101,7 +101,7 @@ pub struct GainStep {
     pub gain: f64,
     /// Overshoot, rise and settling of the step.
     pub shape: StepShape,
-    /// The step.
+    /// Reference, output and command of the step.
     pub response: Response,
     /// True if the loop is proved stable.
     pub stable: bool,

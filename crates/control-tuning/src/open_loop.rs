@@ -50,7 +50,7 @@ const FAST: f64 = 0.5;
 /// The plant whose fast lags are a dead time, on the grid.
 #[derive(Clone, Debug)]
 struct Twin {
-    /// Over the plant itself.
+    /// The twin over the plant itself, frequency by frequency.
     shares: Vec<Complex<f64>>,
     nyquist: Nyquist,
 }
@@ -459,7 +459,7 @@ fn step_row(frequencies: &[f64], t: f64) -> Vec<f64> {
     row
 }
 
-/// C at s.
+/// C at s, which is given by its logarithm.
 pub(crate) fn at(gains: &PidParameters, ln_s: Complex<f64>) -> Complex<f64> {
     let power = |gain: f64, order: f64| {
         if gain == 0.0 {

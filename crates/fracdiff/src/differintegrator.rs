@@ -289,7 +289,7 @@ impl<F: Real, O: Differintegrator<F>> Channel<F, O> {
         self.operator.advance(&mut self.history, x - self.reference);
     }
 
-    /// Both, output first.
+    /// The output for the newest sample, which is then taken into the history.
     #[inline]
     pub fn step(&mut self, x: F) -> F {
         let y = self.output(x);

@@ -37,7 +37,7 @@ pub enum ListError {
     Value {
         /// Its place in the list.
         index: usize,
-        /// The value.
+        /// The value, which is NaN or infinite.
         value: f64,
     },
     /// A decay outside (0, 1].
@@ -45,7 +45,7 @@ pub enum ListError {
     Decay {
         /// Its place in the list.
         index: usize,
-        /// The value.
+        /// The value, outside (0, 1].
         value: f64,
     },
 }

@@ -227,10 +227,10 @@ pub trait Controller<F: Real> {
     ) -> Self::History;
 }
 
-/// Source of the command.
+/// Source of the command: the controller, or somebody in its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode<F> {
-    /// The controller commands.
+    /// The controller commands, by reference and measurement.
     Automatic,
     /// Somebody, this command; the controller follows. If it is not finite, the controller commands.
     Manual(F),

@@ -80,7 +80,7 @@ impl fmt::Display for ControllerParameters {
 }
 
 impl ControllerParameters {
-    /// C(jω), ω in rad/s.
+    /// C(jω) of the continuous law, ω in rad/s.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
         match self {

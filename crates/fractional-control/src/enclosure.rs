@@ -15,9 +15,9 @@ pub(crate) enum Factor {
     InW(Vec<f64>),
     /// `Σ c_k v^k`, v = 1 − w.
     InV(Vec<f64>),
-    /// v^n.
+    /// v^n; an n below 0 sums.
     Difference(i32),
-    /// w^d.
+    /// w^d, a delay by d samples.
     Delay(usize),
     /// `Σ k_j w^j + Σ W_q/(1 − r_q w)`: taps, and `W_q` with `1 − r_q`.
     Memory(Vec<f64>, Vec<(f64, f64)>),
@@ -137,7 +137,6 @@ impl Product {
     }
 }
 
-/// Σ of products.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sum(pub(crate) Vec<Product>);
 
@@ -262,7 +261,7 @@ fn power(sum: &Sum) -> Option<i32> {
 
 /// A sampled law, f = −Z·q, as a function on the unit circle, w = e^(−jθ): analytic in |w| < 1, bounded on the circle.
 pub trait SampledLaw: Debug + Send + Sync {
-    /// Z(e^(−jθ)).
+    /// Z at w = e^(−jθ), θ in rad/sample.
     fn response(&self, theta: f64) -> Complex<f64>;
 
     /// An upper bound of ∫|dZ/dθ| dθ over \[low, high\], 0 ≤ low ≤ high ≤ π; it falls to 0 with the width.

@@ -37,10 +37,10 @@ pub enum ControlError {
     /// Numerator and denominator both have this power of s as a factor.
     #[error("numerator and denominator share the factor s^{order}: divide both by it")]
     CommonOrder {
-        /// The power.
+        /// The power of s that they share.
         order: f64,
     },
-    /// No term at all.
+    /// A numerator, a denominator or a sum without any term.
     #[error("the {what} has no term: give one that is not 0")]
     Empty {
         /// `numerator` or `denominator`.
@@ -51,7 +51,7 @@ pub enum ControlError {
     TooManyTerms {
         /// Number of terms asked for.
         count: usize,
-        /// Largest number of terms.
+        /// Largest number of terms that there is room for.
         most: usize,
     },
     /// Text that is not in the notation.
@@ -98,7 +98,7 @@ pub enum ControlError {
     /// A search that ended without an answer.
     #[error("{what} was not found: {why}")]
     NotFound {
-        /// The thing searched.
+        /// The thing that was searched for, as the message names it.
         what: &'static str,
         /// The reason, and the remedy.
         why: &'static str,

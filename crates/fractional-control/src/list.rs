@@ -40,9 +40,9 @@ pub struct ControllerList<F> {
 /// The law of a [`ControllerList`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum LawList<F> {
-    /// PI^λD^μ and TID.
+    /// Law of a PI^λD^μ or TID controller.
     Parallel(ParallelList<F>),
-    /// CRONE and lead–lag.
+    /// Law of a CRONE or lead–lag controller.
     Lead(LeadList<F>),
 }
 
@@ -78,7 +78,7 @@ pub struct LeadList<F> {
     pub gain: f64,
     /// See `gain`.
     pub factors: [f64; 2],
-    /// Number of whole sections.
+    /// Number of whole sections, each (1 − pw)/(1 − qw).
     pub sections: usize,
     /// p, from the corner of the zero under the Tustin rule.
     pub zero: F,

@@ -52,7 +52,7 @@ impl PidParameters {
         derivative_order: 1.0,
     };
 
-    /// C(jω), ω in rad/s.
+    /// C(jω) of the continuous law, ω in rad/s.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
         let power = |gain: f64, order: f64| {
@@ -148,7 +148,7 @@ pub struct TidParameters {
 }
 
 impl TidParameters {
-    /// C(jω), ω in rad/s.
+    /// C(jω) of the continuous law, ω in rad/s.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
         let order = 1.0 / self.tilt_divisor;

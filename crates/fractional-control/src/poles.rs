@@ -209,7 +209,7 @@ impl OnAxis<'_> {
 }
 
 impl Commensurate {
-    /// q.
+    /// q, the largest order up to 1 of which all orders are multiples.
     #[must_use]
     pub fn order(&self) -> f64 {
         self.order

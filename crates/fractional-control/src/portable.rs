@@ -39,7 +39,7 @@ pub struct PortablePart {
     pub integer: i8,
     /// Values of its power; 0 without one.
     pub values: usize,
-    /// Coefficients of its filter.
+    /// Coefficients of its filter; 0 for another rule than BDF2.
     pub filter: usize,
 }
 

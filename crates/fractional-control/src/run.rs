@@ -24,7 +24,7 @@ const FOR_EVER: f64 = 1e-9;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LoopRun {
-    /// Reference, output and command.
+    /// Reference, output and command, one of each per sample.
     pub response: Response,
     /// Shape of a step; `None` for a record.
     pub shape: Option<StepShape>,

@@ -54,7 +54,7 @@ pub struct HeldPlant {
     curve: Fraction,
     /// Reach of its memory, s, if it follows a rule.
     memory_s: Option<f64>,
-    /// Response without the rule.
+    /// Response of a plant that follows a rule, computed without the rule.
     held: Option<HeldResponse>,
     sample_time: Seconds,
 }

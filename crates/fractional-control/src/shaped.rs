@@ -154,7 +154,7 @@ impl CroneParameters {
         })
     }
 
-    /// C(jω), ω in rad/s.
+    /// C(jω) of the continuous law, ω in rad/s.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
         lead_power(omega, self.low_rad_s, self.high_rad_s, self.order) * self.gain
@@ -189,7 +189,7 @@ impl LeadLagParameters {
         })
     }
 
-    /// C(jω), ω in rad/s.
+    /// C(jω) of the continuous law, ω in rad/s.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
         let pole = 1.0 / (self.x * self.lambda_s);

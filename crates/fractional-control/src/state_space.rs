@@ -154,7 +154,7 @@ impl StateSpace {
         Ok(())
     }
 
-    /// C(jω − A)⁻¹B.
+    /// The response C(jω − A)⁻¹B at ω, rad/s.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
         let n = self.a.nrows();

@@ -51,7 +51,7 @@ impl SumOfParts {
         })
     }
 
-    /// The parts.
+    /// The parts as they were given, before they are added.
     #[must_use]
     pub fn parts(&self) -> &[FractionalTransferFunction] {
         &self.parts

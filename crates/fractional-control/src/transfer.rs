@@ -110,7 +110,7 @@ impl FractionalTransferFunction {
         self.numerator.at(s) / self.denominator.at(s)
     }
 
-    /// G(jω), ω in rad/s.
+    /// G(jω) on the principal branch, ω in rad/s.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
         self.at(Complex::new(0.0, omega))

@@ -54,7 +54,7 @@ pub struct Identified {
     /// Standard errors of the free numbers, in the order of [`FreeNumber`]s, those of one part after those of another, as accurate as that noise
     /// model.
     pub standard_errors: Vec<(FreeNumber, f64)>,
-    /// Covariance of these errors.
+    /// Covariance of these errors, in the order in which they stand.
     pub(crate) covariance: DMatrix<f64>,
 }
 

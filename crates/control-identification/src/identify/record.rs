@@ -79,9 +79,9 @@ pub struct InputOutputRecord<'a> {
     pub sample_time: Seconds,
     /// The time of each sample, s, where they are not evenly spaced; else nothing.
     pub time_s: &'a [f64],
-    /// u, one a sample.
+    /// u, one value a sample, in any unit.
     pub input: &'a [f64],
-    /// y, one a sample.
+    /// y, one value a sample, read at the times of u.
     pub output: &'a [f64],
     /// True if u is a command that was held from its sample to the next, as in a step; false for a smooth signal that was sampled.
     pub held: bool,

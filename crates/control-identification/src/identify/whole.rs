@@ -11,7 +11,7 @@ use std::borrow::Cow;
 /// Poles, zeros and integrators of a function of whole orders: at most 4, no more than the poles, and among the poles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WholeShape {
-    /// Poles, the integrators included.
+    /// Poles, those at s = 0 included.
     pub poles: usize,
     /// Zeros, at most the number of poles; a plant with that number answers at once.
     pub zeros: usize,
