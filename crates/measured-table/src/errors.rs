@@ -23,7 +23,7 @@ const JOINTS: [char; 7] = [' ', '_', '-', '(', ')', '[', ']'];
 /// A column that was found: its quantity, place and name.
 pub(super) type Measured<'a> = (Column, usize, &'a str);
 
-/// A column of errors.
+/// A column with the errors of a measured one.
 pub(super) struct ErrorColumn {
     /// The index of the measured column among those that were found.
     pub(super) of: usize,

@@ -27,7 +27,7 @@ pub struct ColumnRead {
     pub taken_for: Option<String>,
     /// The first cell in the SI unit of that quantity.
     pub first_value: Option<f64>,
-    /// This unit.
+    /// The SI unit of that quantity.
     pub si_unit: Option<&'static str>,
     /// Other quantities of this name, or of this unit.
     pub could_be: Option<Vec<&'static str>>,

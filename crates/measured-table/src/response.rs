@@ -41,9 +41,9 @@ use ResponseColumn::{Coherence, Frequency, Gain, Imaginary, Phase, Real};
 pub struct ResponseTable {
     /// Line of each row, from 1.
     pub lines: Vec<u64>,
-    /// ω, rad/s.
+    /// ω of each row, rad/s.
     pub omega_rad_s: Vec<f64>,
-    /// Real and imaginary part.
+    /// Real and imaginary part of each row.
     pub values: Vec<[f64; 2]>,
     /// Coherence; empty without such a column.
     pub coherence: Vec<f64>,

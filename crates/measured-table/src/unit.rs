@@ -131,7 +131,6 @@ impl Dimension {
     }
 }
 
-/// Comparison of two spellings.
 type Alike = fn(&str, &str) -> bool;
 
 /// The unit of a suffix as in `modulus_kpa`, where all is lower case.

@@ -12,7 +12,7 @@ use crate::cubic;
 use crate::elements::Slope;
 use nalgebra::DMatrix;
 
-/// Distance of the nodes.
+/// Distance of the nodes in ln t or ln ω.
 const SPACING: f64 = 0.05;
 
 /// A long record as rows between nodes.

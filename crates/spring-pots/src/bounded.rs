@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 /// The end of a minimisation.
 #[derive(Clone, Debug)]
 pub struct Minimum {
-    /// The variables there.
+    /// The variables at the end, within their ranges.
     pub values: Vec<f64>,
     /// Sum of the squared residuals, weights in.
     pub sum: f64,
@@ -31,7 +31,7 @@ pub struct Pull {
     pub shares: Vec<f64>,
     /// The aim of the sum.
     pub aim: f64,
-    /// Weight of the row.
+    /// Weight of the row among the residuals.
     pub weight: f64,
     /// True if a sum above the aim costs nothing.
     pub from_below: bool,
@@ -165,7 +165,7 @@ const FLAT: f64 = 1e-12;
 const DAMPING: f64 = 1e-3;
 const DAMPING_MOST: f64 = 1e12;
 
-/// When a search ends.
+/// Criteria by which a search ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     /// Relative change of the sum at which to stop.

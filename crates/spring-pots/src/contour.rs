@@ -19,7 +19,7 @@ const POINTS: usize = 28;
 /// Those above the real axis.
 const HALF: usize = POINTS / 2;
 
-/// The function of time.
+/// The function of time that is computed from M(s).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// The relaxation modulus, F = M(s)/s.

@@ -5,7 +5,7 @@
 use crate::joint::{ELEMENTS, Joint, variables};
 use num_complex::Complex64;
 
-/// The most variables.
+/// The most variables that a model has.
 pub const VARIABLES: usize = 5;
 
 /// True for an order, false for the logarithm of a modulus; of the element `variable`/2.
@@ -17,9 +17,9 @@ pub const fn is_order(variable: usize) -> bool {
 /// aᵢ and αᵢ of the elements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elements {
-    /// aᵢ.
+    /// aᵢ, the logarithm of the modulus at the rate 1/t₀.
     pub ln_modulus: [f64; ELEMENTS],
-    /// αᵢ.
+    /// αᵢ, from 0 for a spring to 1 for a dashpot.
     pub order: [f64; ELEMENTS],
 }
 

@@ -45,7 +45,7 @@ pub struct History {
     pub wanted: Vec<f64>,
     /// Numbers of the samples that are compared.
     pub chosen: Vec<usize>,
-    /// t₀, s.
+    /// t₀, s, the unit of time.
     pub unit_s: f64,
     /// Root of the mean square, Pa.
     pub stress_scale: f64,
@@ -58,11 +58,11 @@ pub struct History {
 pub struct Moved<'a> {
     /// Times of the stresses, s.
     pub time_s: &'a [f64],
-    /// Stresses, Pa.
+    /// Stresses, Pa, one at each of these times.
     pub stress_pa: &'a [f64],
     /// Times of the strains, s.
     pub motion_s: &'a [f64],
-    /// Strains.
+    /// Strains, one at each of those times.
     pub strain: &'a [f64],
 }
 

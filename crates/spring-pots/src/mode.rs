@@ -5,12 +5,12 @@
 
 use crate::contour::Quantity;
 
-/// A mode.
+/// A mode of a positive spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpectralMode {
     /// A spring beside the others; of creep in series with them.
     Spring,
-    /// A dashpot, likewise.
+    /// A dashpot beside the others; of creep in series with them.
     Dashpot,
     /// A decay, by the logarithm of its time.
     Decay(f64),

@@ -19,7 +19,7 @@ use std::collections::HashSet;
 /// A record and its notes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Understood {
-    /// Ready to be fitted.
+    /// The record in SI units, ready to be fitted.
     pub record: Record,
     /// Loading of the specimen, as far as it is known.
     pub loading: MeasuredLoading,
@@ -815,7 +815,6 @@ impl Assembly {
         Record::history(time, strain, stress)?.with_errors(&errors, &[])
     }
 
-    /// Record of an indenter.
     fn pressed(
         &mut self,
         loading: Loading,

@@ -101,7 +101,7 @@ impl Candidate {
         self.kind.joint()
     }
 
-    /// Variables of its elements.
+    /// Number of the variables of its elements.
     pub(super) const fn variables(self) -> usize {
         spring_pots::variables(self.joint())
     }

@@ -14,7 +14,7 @@ pub enum IdentifyError {
         /// The mistake and the remedy.
         reason: String,
     },
-    /// Its table.
+    /// A table that cannot be read as a record.
     #[error(transparent)]
     Table(#[from] TableError),
     /// A record that is wrong as a whole.
@@ -39,7 +39,7 @@ pub enum IdentifyError {
     /// No start led to a minimum.
     #[error("the fit of {model} found no minimum from any start: give another model")]
     NotConverged {
-        /// Name of the model.
+        /// Name of the model that was fitted.
         model: &'static str,
     },
 }

@@ -32,7 +32,7 @@ pub struct Fit {
     pub correlation: Vec<Vec<f64>>,
     /// Root of the mean square of the residuals, without weights: of the logarithm, or Pa for a history.
     pub rms: f64,
-    /// This root with weights.
+    /// Root of the mean square of the weighted residuals.
     pub weighted: f64,
     /// n·ln(S/n) + 2k, of the weighted sum of squares S, n residuals and k parameters, the noise among them: one at an end of its range
     /// was put there by the record too, one that is held was not.
@@ -215,7 +215,7 @@ pub struct Estimate {
     /// error if the record rejects the fit (BIC more than 10 above the least). None for a modulus
     /// that the record does not bound.
     pub low_95: Option<f64>,
-    /// High end, likewise.
+    /// High end of that interval; `None` like the low one.
     pub high_95: Option<f64>,
     /// True if it was held: it is at the end of a range that was given, or has one value.
     pub held: bool,

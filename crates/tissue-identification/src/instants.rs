@@ -34,7 +34,7 @@ const FIXED: f64 = 1e-9;
 /// A move over the standard error of an instant that needs no further round.
 const SETTLED: f64 = 0.1;
 
-/// The source of J.
+/// The source of J: the spectrum of the record, or its best model.
 enum Answer<'a> {
     Spectrum(Box<Reference<'a>>),
     Model(Model),

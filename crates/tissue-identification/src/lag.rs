@@ -19,7 +19,7 @@ use fracdiff::parameter::Shown;
 use haptic_tissue::Model;
 use std::sync::atomic::AtomicBool;
 
-/// h, s.
+/// h, s, the step of the grid of lags.
 const STEP: f64 = 1e-3;
 /// Number of the cₖ, and their deviation.
 const TAPS: u8 = 5;

@@ -306,9 +306,9 @@ fn rounded(value: f64) -> f64 {
     libm::round(100.0 * value) / 100.0
 }
 
-/// Records of one temperature.
+/// Records of one temperature, within 0.1 K.
 struct Level {
-    /// Their mean, °C.
+    /// Mean of their temperatures, °C.
     celsius: f64,
     records: Range<usize>,
     curves: Vec<Curve>,
@@ -348,7 +348,7 @@ struct Shifted {
     misfit: f64,
 }
 
-/// Two neighbours in temperature.
+/// Two neighbours in temperature, and the shift between them.
 struct Pair {
     shift: f64,
     error: f64,

@@ -1124,7 +1124,7 @@ fn constant(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError>
     Ok(())
 }
 
-/// Three digits, for sentences.
+/// Value to three digits, for a sentence.
 pub(super) fn digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }

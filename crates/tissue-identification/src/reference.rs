@@ -65,7 +65,7 @@ pub(super) struct Reference<'a> {
     active: Vec<(SpectralMode, f64)>,
 }
 
-/// Misfit of a candidate.
+/// Misfit of a candidate beside the positive spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Misfit {
     /// Root of its Σe² over that of the spectrum, with or without filter, whichever is more.

@@ -23,7 +23,7 @@ use haptic_tissue::ModelKind;
 use nalgebra::DMatrix;
 use spring_pots::{Effort, Problem, Quantity, SpectralMode, minimise};
 
-/// Most branches.
+/// Most branches of a sum, for which there are names.
 pub(super) const BRANCHES_MOST: usize = 10;
 /// Effort of a search that only counts modes.
 const ROUGH: Effort = Effort::to(1e-6, 6);

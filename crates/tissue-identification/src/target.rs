@@ -377,7 +377,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Residuals series by series.
+    /// Residuals of each series, cut from those of all.
     pub(super) fn series<'b>(&self, all: &'b [f64]) -> Vec<&'b [f64]> {
         let mut rest = all;
         let part = |length: &usize| {

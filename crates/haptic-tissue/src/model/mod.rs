@@ -40,9 +40,9 @@ pub enum ModelError {
         name: &'static str,
         /// The value that was given.
         value: f64,
-        /// The range in words.
+        /// The range in words, which go after "is not".
         allowed: &'static str,
-        /// Its unit.
+        /// Its unit; empty for a number without one.
         unit: &'static str,
     },
     /// Two elements with the same order: together they are one.
