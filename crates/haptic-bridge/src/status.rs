@@ -14,7 +14,7 @@ struct Shared {
     stop: AtomicBool,
     /// Code of the fault, and above it the number of the trouble.
     fault: AtomicU16,
-    /// Its times.
+    /// Times of that trouble, packed into one word.
     times: AtomicU64,
     /// Calls so far, and the time that the last one gave, µs.
     calls: AtomicU32,

@@ -149,12 +149,12 @@ pub enum OpenError {
     /// The Inverse Service or a device of it.
     #[error(transparent)]
     Inverse3(#[from] Inverse3OpenError),
-    /// It has fewer axes.
+    /// The device has fewer axes than are needed.
     #[error("it has {most} {}, but {axes} are needed: change `axes`, or use another device", if *most == 1 { "axis" } else { "axes" })]
     Axes {
         /// Number of axes that were asked for.
         axes: usize,
-        /// Number of its axes.
+        /// Number of axes that the device has.
         most: usize,
     },
     /// No thread could serve it, or it refuses the first configuration.

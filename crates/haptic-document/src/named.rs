@@ -5,7 +5,7 @@ pub trait Named: Copy + PartialEq + 'static {
     /// All of them: value, name, and a few words for people.
     const CHOICES: &'static [(Self, &'static str, &'static str)];
 
-    /// Its name.
+    /// Its name in experiment files.
     fn name(self) -> &'static str;
 
     /// The choice of this name.

@@ -22,7 +22,7 @@ pub const FORCE_UNSTABLE: Key = Key("force_unstable");
 pub const OUT: Key = Key("out");
 /// Leave to write over a file or into a folder that is there.
 pub const OVERWRITE: Key = Key("overwrite");
-/// Runs by the clock.
+/// Runs by the clock, not in virtual time.
 pub const REALTIME: Key = Key("realtime");
 /// Share of the ticks that may be skipped.
 pub const SKIPPED_SHARE: Key = Key("skipped_most");

@@ -15,7 +15,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 /// One table of a document, in its layers.
 #[derive(Debug)]
 pub struct Table<'a> {
-    /// The name in brackets.
+    /// The name in brackets, as `wall` of `[wall]`.
     pub name: &'a str,
     /// The top one first; at least one.
     pub(crate) parts: Vec<Part<'a>>,
@@ -26,11 +26,11 @@ pub struct Table<'a> {
 /// Two numbers between which a value of a device lies in 95 of 100 cases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Its key.
+    /// Key of the value in its table.
     pub key: &'static str,
     /// The lower one, in the unit of the key.
     pub low: f64,
-    /// The upper one.
+    /// The upper one, in the unit of the key.
     pub high: f64,
 }
 

@@ -32,7 +32,7 @@ pub struct FlawCounts {
 }
 
 impl FlawCounts {
-    /// Counts a tick in.
+    /// Counts the flaws of a tick.
     pub fn add(&mut self, tick: &TickMessage) {
         let has = |bits: u8| u64::from(tick.flaws & bits != 0);
         self.stale += has(UNANSWERED | NOT_TAKEN | LATE_FORCE);

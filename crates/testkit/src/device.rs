@@ -14,7 +14,7 @@ use nalgebra::{SVector, Vector1};
 
 /// Mass of the dissertation's voice coil (section 4.4), kg.
 pub const MASS: f64 = 0.065;
-/// Its damping, N·s/m.
+/// Damping of that voice coil, N·s/m.
 pub const DAMPING: f64 = 3.5;
 
 /// A mass on a damper: kg, N·s/m, s.

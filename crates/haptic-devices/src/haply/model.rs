@@ -234,7 +234,7 @@ pub struct HaplyName {
     /// Position of zero on that line, m from the middle of the base: 90 mm for y, 0 for x unless
     /// given.
     pub zero_m: f64,
-    /// Origin of the encoders.
+    /// The moment at which the handle was at its home.
     pub home: Home,
 }
 

@@ -35,7 +35,7 @@ impl<S> InTime<S> {
         self.is_late = None;
     }
 
-    /// A tick begins.
+    /// Begins a tick, in which all of its reads are left.
     pub(super) const fn tick(&mut self) {
         self.reads = READS_MOST;
     }

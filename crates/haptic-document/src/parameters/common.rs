@@ -16,7 +16,7 @@ use haptic_loop::{Limit, LoadingKind};
 pub const TISSUE_IN_LOG: &str = "tissue_file";
 /// The controller of a drive.
 pub const CONTROLLER_IN_LOG: &str = "drive.file";
-/// Parameters of the device.
+/// The model file of the device.
 pub const DEVICE_IN_LOG: &str = "device_model.file";
 /// Parameters of the device of a drive.
 pub const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
@@ -41,7 +41,7 @@ parameters! {
     AREA = number("area_m2", 4e-4, "4cm2", SPECIMENS, "Area of the specimen");
     /// Thickness of the specimen, m.
     THICKNESS = number("thickness_m", 0.02, "20mm", SPECIMENS, "Thickness of the specimen");
-    /// Loading of the specimen.
+    /// Loading of the specimen, a compression by default.
     LOADING = text("loading", "compression", "How it is pressed");
     /// Radius of a punch or sphere, m.
     INDENTER_RADIUS = optional("indenter_radius_m", SPECIMENS, "Radius of a punch or sphere");

@@ -29,7 +29,7 @@ pub enum Paths {
     None,
     /// Those that end in `.toml`.
     Toml,
-    /// All but this one.
+    /// Any text is a path but this one.
     AllBut(&'static str),
     /// Any text that is not empty is a path.
     All,
@@ -129,7 +129,7 @@ impl Parameter {
         Self::new(key, Value::List(range), shown, help)
     }
 
-    /// Removes the default.
+    /// Removes the default of a number or a text; other kinds are not changed.
     #[must_use]
     pub const fn without_default(self) -> Self {
         let value = match self.value {
@@ -267,7 +267,7 @@ macro_rules! parameters {
     };
     (all $all:ident; $($(#[$doc:meta])* $name:ident = $kind:ident $parts:tt;)*) => {
         $crate::parameters! { $($(#[$doc])* $name = $kind $parts;)* }
-        /// All of these keys.
+        /// All of these keys, in the order of their rows.
         pub const $all: &[$crate::parameters::Parameter] = &[$($name),*];
     };
     ($($(#[$meta:meta])* $name:ident = $kind:ident($key:expr $(, $part:expr)* $(,)?);)*) => {

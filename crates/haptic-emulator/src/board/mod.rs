@@ -79,7 +79,7 @@ pub struct Emulation {
     pub sensor: Option<ForceSensorConfig>,
     /// The specimen at its handle, if there is one; of one axis, and not of boards that face each other.
     pub specimen: Option<PressedSpecimen>,
-    /// Device seconds per second.
+    /// Device seconds per second of the clock: 1 in real time.
     pub speed: f64,
     /// Faults of the line, both ways.
     pub faults: LineFaults,

@@ -32,7 +32,7 @@ pub enum SpanError {
     Outside {
         /// The end that is wrong.
         key: &'static str,
-        /// Its value, s.
+        /// Value of that end, s.
         time_s: f64,
         /// The first time that it may be, s.
         first_s: f64,
@@ -45,7 +45,7 @@ pub enum SpanError {
 }
 
 impl Span {
-    /// All samples.
+    /// All samples, whatever their times are.
     pub const WHOLE: Self = Self {
         from_s: f64::NEG_INFINITY,
         to_s: f64::INFINITY,

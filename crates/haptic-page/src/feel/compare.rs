@@ -23,7 +23,6 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Trials of a comparison.
 const TRIALS: Range = Range::Within(1.0, 1000.0);
 /// Columns of the table, as those of the guide's threshold.
 const COLUMNS: &str = "subject,trial,catch,difference,stiffer,answer,correct,log,answered_s,\
@@ -36,7 +35,7 @@ pub(crate) struct CompareStart {
     /// The change that makes B of what is felt.
     pub(super) b: FeelChange,
     trials: f64,
-    /// A code, no name.
+    /// A code of at most 32 characters, no name.
     subject: String,
     seed: u32,
 }

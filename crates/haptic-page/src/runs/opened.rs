@@ -135,7 +135,6 @@ fn no_sample(name: &str) -> Failure {
 
 const PIECE: usize = 1 << 16;
 
-/// Contents of a table.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TableRequest {
