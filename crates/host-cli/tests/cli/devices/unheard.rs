@@ -299,3 +299,16 @@ fn a_force_that_does_not_follow_the_places_that_came_is_said() {
         );
     }
 }
+
+#[test]
+fn abilities_that_are_no_numbers_are_refused_before_anything_moves() {
+    let device = Emulated::new("");
+    let _line = Middle::changing(&device, move |mut report| {
+        if let DeviceReport::Capabilities(capabilities) = &mut report {
+            capabilities.force_max_n = f32::NAN;
+        }
+        Some(report)
+    });
+    let ended = device.place.run("device info --device serial:line");
+    ended.refused(3, &["largest force, N, of NaN", "flash its firmware again"]);
+}
