@@ -8,7 +8,7 @@
 //!
 //! A slab is held at a strain or under a stress, δ₀ = ε₀·h and F₀ = σ₀·A; any other piece at a depth or under a force.
 
-#[cfg(test)]
+#[cfg(all(test, feature = "bad-lines"))]
 mod pair_tests;
 mod report;
 #[cfg(test)]

@@ -199,7 +199,7 @@ fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
     Some(Failure::run(format_args!("{error}{advice}")))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "bad-lines"))]
 mod tests {
     use super::*;
     use haptic_loop::Fault;

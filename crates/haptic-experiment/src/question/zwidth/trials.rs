@@ -28,7 +28,7 @@ use std::time::Duration;
 
 #[cfg(test)]
 mod pushed_tests;
-#[cfg(test)]
+#[cfg(all(test, feature = "bad-lines"))]
 mod tests;
 
 /// Attempts at a trial that does not test its law.
