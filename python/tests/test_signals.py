@@ -177,8 +177,8 @@ def after(folder: Path, place: str, number: int | None) -> str:
 
 def at_all(folder: Path, place: str, numbers: list[int | None]) -> dict[int | None, str]:
     def one(number: int | None) -> str:
-        # A machine that is too busy for the board's first answers, or for four in a row, says so instead.
-        tries = (after(folder / f"{place}-{number}-{n}", place, number) for n in range(5))
+        # A machine that is too busy for the board's first answers, or for four in a row, says so instead: it is asked until it is not.
+        tries = (after(folder / f"{place}-{number}-{n}", place, number) for n in range(100))
         return next((wrong for wrong in tries if not wrong.startswith("no torque")), "never a torque")
 
     with ThreadPoolExecutor(3) as pool:
