@@ -11,6 +11,8 @@
 pub mod book;
 #[cfg(feature = "browser")]
 pub mod browser;
+#[cfg(feature = "control")]
+pub mod control;
 pub mod device;
 pub mod golden;
 pub mod operator;
