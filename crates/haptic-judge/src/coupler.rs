@@ -142,10 +142,7 @@ type Law = VirtualCoupler<f64, Operator<f64>>;
 
 impl CouplerTrial {
     /// Refuses a loop on a device, which cannot carry it.
-    ///
-    /// # Errors
-    /// Such a loop.
-    pub fn check_loop(&self) -> Result<(), Failure> {
+    fn check_loop(&self) -> Result<(), Failure> {
         match self.setup.at_port {
             Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
                 "a loop on the device cannot run a coupler, as its firmware renders only walls: give {loop_host}",

@@ -145,7 +145,7 @@ pub trait PushedTrial: Clone {
 }
 
 /// Value to six significant digits, as a subtitle shows a number.
-pub fn six_digits(value: f64) -> f64 {
+pub(crate) fn six_digits(value: f64) -> f64 {
     // A formatted number is a number again.
     format!("{value:.5e}").parse().unwrap_or(value)
 }

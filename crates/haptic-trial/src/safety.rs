@@ -293,10 +293,7 @@ impl Safety {
     }
 
     /// Refuses what would do nothing on any device.
-    ///
-    /// # Errors
-    /// The first setting without effect.
-    pub fn acts_on_device(&self) -> Result<(), Failure> {
+    pub(crate) fn acts_on_device(&self) -> Result<(), Failure> {
         if self.guard == GuardChoice::EnergyBounding {
             return Ok(());
         }
