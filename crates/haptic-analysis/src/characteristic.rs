@@ -7,10 +7,11 @@
 //! F·D = A·e·D + (A·u + S·e)·(αvD + βN),   v = 1 − w,   e/u the object
 //! ```
 
+use crate::affine::{Terms, Ways};
 use crate::curve::{bounds_in_v, jet_in_v, powers_in_v, size_in_v, w_to};
 use crate::operator::OperatorNode;
 use crate::{LoopOperator, SampledPlant};
-use certified_count::{Bounds, Jet, Place, product};
+use certified_count::{Bounds, Jet, Place};
 use core::f64::consts::PI;
 use num_complex::Complex;
 
@@ -33,16 +34,7 @@ pub(crate) struct Node {
     pub(crate) gain: Jet,
     pub(crate) operator: OperatorNode,
     /// A·D, S·D, S·N: G = terms · (1, α, β).
-    pub(crate) terms: [Jet; 3],
-    /// Rounding errors of the three terms are these many ε.
-    pub(crate) rough: [f64; 3],
-}
-
-/// Bounds of the three terms over an interval.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Span {
-    pub(crate) travel: [f64; 3],
-    pub(crate) bend: [f64; 3],
+    pub(crate) terms: Terms<3>,
 }
 
 impl<'a> Characteristic<'a> {
@@ -70,14 +62,13 @@ impl<'a> Characteristic<'a> {
         );
         let operator = self.operator.node(&place);
         let size = size_in_v(denominator, place.size_v);
-        let (terms, rough) = self.terms(&place, plant, size, gain, &operator);
+        let (jets, rough) = self.terms(&place, plant, size, gain, &operator);
         Node {
             place,
             plant,
             gain,
             operator,
-            terms,
-            rough,
+            terms: Terms { jets, rough },
         }
     }
 
@@ -178,12 +169,8 @@ impl<'a> Characteristic<'a> {
         ]
     }
 
-    pub(crate) fn span(&self, a: &Node, b: &Node) -> Span {
-        let terms = self.bounds(a, b);
-        Span {
-            travel: terms.map(|term| term.travel),
-            bend: terms.map(|term| term.bend),
-        }
+    pub(crate) fn span(&self, a: &Node, b: &Node) -> Ways<3> {
+        Ways::new(&self.bounds(a, b))
     }
 
     /// Angles to begin with: fine towards rest, where everything slow happens.
@@ -201,42 +188,12 @@ impl Node {
 
     /// G = A·D + S(αD + βN).
     pub(crate) fn value(&self, [alpha, beta]: [f64; 2]) -> Complex<f64> {
-        let [one, stiff, fractional] = &self.terms;
-        one.value + stiff.value * alpha + fractional.value * beta
-    }
-
-    /// |G′|.
-    pub(crate) fn rate(&self, [alpha, beta]: [f64; 2]) -> f64 {
-        let [one, stiff, fractional] = &self.terms;
-        if beta == 0.0 {
-            return (one.rate + stiff.rate * alpha).norm();
-        }
-        let rate = (one.rate + stiff.rate * alpha + fractional.rate * beta).norm();
-        if rate.is_nan() { f64::INFINITY } else { rate }
-    }
-
-    /// The sizes of the terms, added up.
-    pub(crate) fn size(&self, [alpha, beta]: [f64; 2]) -> f64 {
-        let [one, stiff, fractional] = self.terms.map(|term| term.value.norm());
-        one + alpha * stiff + beta * fractional
+        self.terms.value(&[1.0, alpha, beta])
     }
 
     /// An estimate of the rounding error of the value.
     pub(crate) fn noise(&self, [alpha, beta]: [f64; 2]) -> f64 {
-        let [one, stiff, fractional] = self.rough;
-        8.0 * f64::EPSILON * (one + alpha * stiff + beta * fractional)
-    }
-}
-
-impl Span {
-    /// A bound of the length of G's path.
-    pub(crate) fn path(&self, a: &Node, b: &Node, gains: [f64; 2]) -> f64 {
-        let [alpha, beta] = gains;
-        let sum = |terms: &[f64; 3]| terms[0] + product(alpha, terms[1]) + product(beta, terms[2]);
-        let width = b.theta() - a.theta();
-        let ends = a.rate(gains) + b.rate(gains);
-        let by_bend = 0.5 * width * (ends + 0.5 * width * sum(&self.bend));
-        sum(&self.travel).min(by_bend)
+        self.terms.noise(&[1.0, alpha, beta])
     }
 }
 

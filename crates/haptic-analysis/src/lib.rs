@@ -2,6 +2,8 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+mod admittance;
+mod affine;
 mod arrangement;
 mod characteristic;
 mod coupling;
@@ -31,6 +33,10 @@ mod stability;
 mod teleoperation;
 mod transparency;
 
+pub use admittance::{
+    AdmittanceBox, AdmittanceLoop, AdmittanceMargins, AdmittanceNumber, BoxVerdict, EffortWeight,
+    ForceFilter, HandImpedance, Robot, VelocityLoop, VirtualBody, VirtualWorld,
+};
 pub use certified_count::{AtAngle, StabilityVerdict};
 pub use coupling::Coupler;
 pub use coupling::LeastDamping;

@@ -85,7 +85,7 @@ fn check_lists(a: &[f64], b: &[f64], c: &[f64], lag: usize) -> Result<(), Analys
 }
 
 /// Units of the states, powers of two, in which rows and columns of A are about as large.
-fn balance(a: &mut DMatrix<f64>, b: &mut DVector<f64>, c: &mut RowDVector<f64>) {
+pub(crate) fn balance(a: &mut DMatrix<f64>, b: &mut DVector<f64>, c: &mut RowDVector<f64>) {
     let n = a.nrows();
     for _ in 0..20 {
         let mut settled = true;

@@ -126,7 +126,7 @@ impl OpenLoop for Open<'_, '_> {
 
     fn terms(&self, theta: f64) -> LoopTerms<Node> {
         let node = self.0.characteristic.node(theta);
-        let [plant, stiff, fractional] = node.terms;
+        let [plant, stiff, fractional] = node.terms.jets;
         let (alpha, beta) = (self.0.alpha, self.0.beta);
         // A rate that is infinite counts for nothing without β.
         let rate = if beta == 0.0 {

@@ -54,6 +54,16 @@ pub(crate) struct OperatorNode {
     pub(crate) denominator: Jet,
 }
 
+impl OperatorNode {
+    /// That of the operator 1.
+    pub(crate) const ONE: Self = Self {
+        differences: Jet::ONE,
+        core: Jet::ONE,
+        numerator: Jet::ONE,
+        denominator: Jet::ONE,
+    };
+}
+
 impl LoopOperator {
     pub(crate) fn exact(order: Order) -> Self {
         Self::irrational(order, 0.0, Curve::Power(Power(order.get())))

@@ -256,7 +256,7 @@ impl SampledPlant {
 }
 
 /// `Σ c_j w^j = Σ_k v^k (−1)^k Σ_j C(j, k)·c_j`.
-fn in_powers_of_v(coefficients: &[f64]) -> Vec<f64> {
+pub(crate) fn in_powers_of_v(coefficients: &[f64]) -> Vec<f64> {
     let mut shifted = vec![0.0; coefficients.len()];
     for (j, c) in coefficients.iter().enumerate() {
         let mut signed_binomial = 1.0;

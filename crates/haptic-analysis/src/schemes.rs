@@ -62,6 +62,23 @@ impl LoopOperator {
         }
     }
 
+    /// The lagged difference of order 1, s/(1 + τs) by backward differences: P = v/(1 + τv/T), v = 1 − w. m times it is a lagged mass.
+    ///
+    /// # Errors
+    /// Unless τ is from 0 to 1e6 samples.
+    pub fn lagged_difference(lag_samples: f64) -> Result<Self, AnalysisError> {
+        let kept = (0.0..=1e6).contains(&lag_samples);
+        range(
+            "lag of a difference",
+            lag_samples,
+            kept,
+            "from 0 to 1e6 {}",
+            "samples",
+        )?;
+        let below = vec![1.0 + lag_samples, -lag_samples];
+        Ok(Self::rational(Order::new(1.0)?, vec![1.0, -1.0], below))
+    }
+
     fn tustin_muir(order: Order, degree: usize) -> Result<Self, AnalysisError> {
         let (integer, fraction) = order.split();
         let mut above = vec![0.0; degree + 1];

@@ -358,7 +358,8 @@ impl<'a, 'b> Search<'a, 'b> {
         let near = near.value.re;
         let magnitude = size_in_v(self.denominator(), node.place.size_v)
             * node.operator.denominator.value.norm();
-        let fed = self.subject.alpha * node.rough[1] + self.subject.beta * node.rough[2];
+        let fed =
+            self.subject.alpha * node.terms.rough[1] + self.subject.beta * node.terms.rough[2];
         // A term that falls towards rest loses no more than its share to rounding.
         let rates = plant.rate.norm() * fed + magnitude * feedback.rate.norm();
         let row = Row {

@@ -1,6 +1,7 @@
 //! Stability of the sampled loop by encirclement, and its poles.
 
-use crate::characteristic::{Characteristic, Node, Span};
+use crate::affine::Ways;
+use crate::characteristic::{Characteristic, Node};
 use crate::{AnalysisError, LoopOperator, SampledPlant, SampledWall};
 use certified_count::{Curve, NodeValue, StabilityVerdict};
 use core::f64::consts::PI;
@@ -259,7 +260,7 @@ impl<'a> SampledLoop<'a> {
 pub(crate) struct Circle<'a> {
     pub(crate) characteristic: Characteristic<'a>,
     nodes: Vec<Node>,
-    spans: Vec<Span>,
+    spans: Vec<Ways<3>>,
 }
 
 impl<'a> Characteristic<'a> {
@@ -338,19 +339,21 @@ impl Weighed<'_, '_> {
 
 impl Curve for Weighed<'_, '_> {
     type Node = Node;
-    type Span = Span;
+    type Span = Ways<3>;
 
     fn node(&self, theta: f64) -> Node {
         self.circle.characteristic.node(theta)
     }
 
-    fn span(&self, a: &Node, b: &Node) -> Span {
+    fn span(&self, a: &Node, b: &Node) -> Ways<3> {
         self.circle.characteristic.span(a, b)
     }
 
     /// The size is |F|, that of a loop that drifts over |v|^p too.
     fn sample(&self, node: &Node) -> NodeValue {
         let value = node.value(self.gains);
+        let [alpha, beta] = self.gains;
+        let size = node.terms.size(&[1.0, alpha, beta]);
         let fallen = match self.fall {
             0.0 => 1.0,
             fall => libm::pow(node.place.size_v.min(1.0), fall),
@@ -361,12 +364,14 @@ impl Curve for Weighed<'_, '_> {
             theta: node.theta(),
             value,
             size: value.norm() / (scale * fallen),
-            noise: node.noise(self.gains) + self.tolerance * node.size(self.gains).min(scale),
+            noise: node.noise(self.gains) + self.tolerance * size.min(scale),
         }
     }
 
-    fn path(&self, a: &Node, b: &Node, span: &Span) -> f64 {
-        span.path(a, b, self.gains)
+    fn path(&self, a: &Node, b: &Node, span: &Ways<3>) -> f64 {
+        let [alpha, beta] = self.gains;
+        let width = b.theta() - a.theta();
+        span.path([&a.terms, &b.terms], &[1.0, alpha, beta], width)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Tests of the public face of `haptic-analysis`, in one binary.
 
+mod admittance;
 mod coupled;
 mod coupling;
 mod hand_port;

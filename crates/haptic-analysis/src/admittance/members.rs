@@ -1,0 +1,307 @@
+//! Every member of a box of bodies, hands and worlds at once, proved.
+//! ```text
+//! F(θ) of a box is a zonotope: c + Σ ε_i·g_i, |ε_i| ≤ 1, c of the middle, g_i half the width of an interval times its term
+//! 0 is outside ⇐ |Re(n̄c)| > Σ |Re(n̄g_i)| for one n, at right angles to some g_i, or along it
+//! one member stable, 0 outside for every θ ⇒ all members are stable, as their poles move without a jump
+//! ```
+//! The second n is for generators that are parallel, as all of them are at θ = π. Between two angles the sum of the terms' ways is taken off, so no
+//! member's border is narrow enough to be missed; an interval that is not proved is halved. Towards rest, in a box with no spring at all, F falls
+//! as v·(b + `b_h`), a right angle from the springs: there b + `b_h` > 0 is the proof, below 1e-9 rad/sample by its limit alone.
+
+use super::terms::{Family, Node, TERMS};
+use super::{AdmittanceLoop, AdmittanceNumber, NEAR_REST};
+use crate::AnalysisError;
+use core::f64::consts::PI;
+use fracdiff::parameter::{not_negative, range};
+
+/// Bodies, hands and worlds between two values of each number.
+#[derive(Clone, Copy, Debug)]
+pub struct AdmittanceBox<'a> {
+    family: Family<'a>,
+    low: [f64; TERMS],
+    high: [f64; TERMS],
+}
+
+/// What was proved of a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum BoxVerdict {
+    /// Every member is stable.
+    Proved,
+    /// The member with these values is not stable: b, m, hand's mass (with the tool's), damping and stiffness, K and B.
+    Unstable([f64; TERMS]),
+    /// The members that were tried are stable; at this angle, rad/sample, the proof ended.
+    Unproved {
+        /// The angle θ = ωT.
+        theta: f64,
+    },
+}
+
+/// Halvings of a way between two angles; intervals looked at, at most.
+const HALVINGS: u32 = 50;
+const LOOKS: usize = 100_000;
+/// Rounding errors of a projection, as a share of its terms.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+/// Largest values are found to this share of themselves.
+const KNOWN: f64 = 1e-7;
+
+impl<'a> AdmittanceBox<'a> {
+    /// The box that holds one loop alone.
+    #[must_use]
+    pub fn around(subject: &AdmittanceLoop<'a>) -> Self {
+        Self {
+            family: subject.family,
+            low: subject.coefficients,
+            high: subject.coefficients,
+        }
+    }
+
+    /// The box with all values of one number from `low` to `high`. A hand's mass is given without the tool's.
+    ///
+    /// # Errors
+    /// A value that is negative or not finite, or `high` below `low`.
+    pub fn with(
+        mut self,
+        number: AdmittanceNumber,
+        [low, high]: [f64; 2],
+    ) -> Result<Self, AnalysisError> {
+        not_negative("least value of a range", low, "")?;
+        range(
+            "largest value of a range",
+            high,
+            high >= low,
+            "not below the least",
+            "",
+        )?;
+        let tool = if number == AdmittanceNumber::HandMass {
+            self.family.robot.tool_mass_kg()
+        } else {
+            0.0
+        };
+        let (index, unit) = (number.index(), self.family.units()[number.index()]);
+        self.low[index] = (low + tool) * unit;
+        self.high[index] = (high + tool) * unit;
+        Ok(self)
+    }
+
+    /// The verdict on all members. *Cost*: some thousand values of F, more where a member is near its border.
+    #[must_use]
+    pub fn verdict(&self) -> BoxVerdict {
+        let is_stable = |member: &[f64; TERMS]| self.family.verdict(member).stable;
+        let middle = self.middle();
+        let unstable = core::iter::once(middle).chain(self.corners());
+        let mut unstable = unstable.filter(|member| !is_stable(member));
+        // Of a box that is proved only the middle has to be tried.
+        let first = (!is_stable(&middle)).then_some(middle);
+        let unproved = if first.is_none() {
+            self.unproved()
+        } else {
+            None
+        };
+        match (first, unproved) {
+            (None, None) => BoxVerdict::Proved,
+            (first, theta) => {
+                let units = self.family.units();
+                let member = first.or_else(|| unstable.next());
+                let given = |member: [f64; TERMS]| {
+                    let mut given = member;
+                    for (value, unit) in given.iter_mut().zip(units) {
+                        *value /= unit;
+                    }
+                    BoxVerdict::Unstable(given)
+                };
+                let theta = theta.unwrap_or(0.0);
+                member.map_or(BoxVerdict::Unproved { theta }, given)
+            }
+        }
+    }
+
+    /// The largest value up to `most` of one number such that the box from its least value to there is proved, to 1e-7 of itself; `None` if
+    /// even the least is not.
+    ///
+    /// # Errors
+    /// `most` below the least value.
+    pub fn largest(
+        &self,
+        number: AdmittanceNumber,
+        most: f64,
+    ) -> Result<Option<f64>, AnalysisError> {
+        let unit = self.family.units()[number.index()];
+        let least = self.low[number.index()] / unit;
+        range(
+            "largest value of a range",
+            most,
+            most >= least,
+            "not below the least",
+            "",
+        )?;
+        let holds = |high: f64| {
+            let mut grown = *self;
+            grown.high[number.index()] = high * unit;
+            grown.is_proved()
+        };
+        if holds(most) {
+            return Ok(Some(most));
+        }
+        if !holds(least) {
+            return Ok(None);
+        }
+        let (mut low, mut high) = (least, most);
+        // From below, where a proof is cheap.
+        while high - low > KNOWN * high {
+            let middle = if low > 0.0 {
+                libm::sqrt(low * high)
+            } else {
+                high / 16.0
+            };
+            if holds(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+            if high < 1e-12 * most {
+                break;
+            }
+        }
+        Ok(Some(low))
+    }
+
+    /// The least factor on the body, m and b together, from which on to `most` times the box is proved at every factor that was tried; to 1e-7 of
+    /// itself. `None` if `most` does not do.
+    #[must_use]
+    pub fn least_body(&self, most: f64) -> Option<f64> {
+        let holds = |factor: f64| {
+            let mut scaled = *self;
+            for index in 0..2 {
+                scaled.low[index] *= factor;
+                scaled.high[index] *= factor;
+            }
+            scaled.is_proved()
+        };
+        if !holds(most) {
+            return None;
+        }
+        let (mut low, mut high) = (0.0, most);
+        while high - low > KNOWN * high && high > 1e-9 * most {
+            let middle = if low > 0.0 {
+                libm::sqrt(low * high)
+            } else {
+                0.5 * high
+            };
+            if holds(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        Some(high)
+    }
+
+    /// True if every member is proved to be stable.
+    #[must_use]
+    pub fn is_proved(&self) -> bool {
+        self.family.verdict(&self.middle()).stable && self.unproved().is_none()
+    }
+
+    fn middle(&self) -> [f64; TERMS] {
+        core::array::from_fn(|i| 0.5 * (self.low[i] + self.high[i]))
+    }
+
+    fn corners(&self) -> impl Iterator<Item = [f64; TERMS]> {
+        let wide = |i: &usize| self.high[*i] > self.low[*i];
+        let wide: Vec<usize> = (0..TERMS).filter(wide).collect();
+        (0..1_usize << wide.len()).map(move |which| {
+            let mut corner = self.low;
+            for (bit, &index) in wide.iter().enumerate() {
+                if which >> bit & 1 == 1 {
+                    corner[index] = self.high[index];
+                }
+            }
+            corner
+        })
+    }
+
+    /// An angle at which the proof ended; `None` if 0 is nowhere.
+    fn unproved(&self) -> Option<f64> {
+        // At rest F is its springs: above 0, or v·(b + b_h), or m·v^(1+α): all less than half a turn from one another, but a free mass.
+        let (springs, damping) = self.family.at_rest(&self.low);
+        let is_mass = self.family.body.operator.order().get() >= 1.0;
+        if springs == 0.0 && damping <= 0.0 && is_mass {
+            return Some(0.0);
+        }
+        let growing = core::iter::successors(Some(NEAR_REST), |theta| Some(2.0 * theta));
+        let slow = growing.take_while(|theta| *theta < PI / 64.0);
+        let fast = (1..=64).map(|k| PI * f64::from(k) / 64.0);
+        let nodes: Vec<Node> = slow
+            .chain(fast)
+            .map(|theta| self.family.node(theta))
+            .collect();
+        let mut todo: Vec<(Node, Node, u32)> =
+            nodes.windows(2).map(|pair| (pair[0], pair[1], 0)).collect();
+        for _ in 0..LOOKS {
+            let Some((a, b, depth)) = todo.pop() else {
+                return None;
+            };
+            let theta = 0.5 * (a.place.theta + b.place.theta);
+            let middle = self.family.node(theta);
+            if self.is_clear(&a, &middle, &b) {
+                continue;
+            }
+            if depth == HALVINGS || self.holds_zero(&middle) {
+                return Some(theta);
+            }
+            todo.push((a, middle, depth + 1));
+            todo.push((middle, b, depth + 1));
+        }
+        todo.last().map(|(a, ..)| a.place.theta)
+    }
+
+    /// Room between 0 and the zonotope, and the direction in which it is largest.
+    fn room(&self, node: &Node) -> f64 {
+        let middle = self.middle();
+        let value = node.terms.value(&middle);
+        let half: [f64; TERMS] = core::array::from_fn(|i| 0.5 * (self.high[i] - self.low[i]));
+        let generators: [_; TERMS] = core::array::from_fn(|i| node.terms.jets[i].value * half[i]);
+        let noise = ROUNDING * node.terms.size(&self.high) + node.terms.noise(&self.high);
+        let along = |n: num_complex::Complex<f64>| {
+            let n = n.conj() / n.norm();
+            let widths = generators.iter().map(|g| (n * g).re.abs());
+            (n * value).re.abs() - widths.sum::<f64>()
+        };
+        let turn = num_complex::Complex::new(0.0, 1.0);
+        let directions = generators.iter().filter(|g| g.norm() > 0.0);
+        let rooms = directions.flat_map(|g| [along(*g * turn), along(*g)]);
+        // A member alone is its distance from 0.
+        rooms
+            .chain([along(value)])
+            .fold(f64::NEG_INFINITY, f64::max)
+            - noise
+    }
+
+    /// 0 is in the zonotope, or too near to tell.
+    fn holds_zero(&self, node: &Node) -> bool {
+        let room = self.room(node);
+        room.is_nan() || room <= 0.0
+    }
+
+    /// 0 is in no zonotope from a to b.
+    fn is_clear(&self, a: &Node, middle: &Node, b: &Node) -> bool {
+        let way = |from: &Node, to: &Node| {
+            let width = to.place.theta - from.place.theta;
+            let ways = self.family.ways(from, to);
+            // The middle moves by its own way, each generator by its own.
+            let mut moved = ways.path([&from.terms, &to.terms], &self.middle(), width);
+            for index in 0..TERMS {
+                let half = 0.5 * (self.high[index] - self.low[index]);
+                if half > 0.0 {
+                    let mut alone = [0.0; TERMS];
+                    alone[index] = half;
+                    moved += ways.path([&from.terms, &to.terms], &alone, width);
+                }
+            }
+            moved
+        };
+        let moved = way(a, middle).max(way(middle, b));
+        self.room(middle) > moved
+    }
+}
