@@ -22,6 +22,7 @@ const TITLES: Record<string, string> = {
   "analyze-coupling": "analyze: is a coupler passive?",
   "analyze-teleoperation": "analyze: what does a hand feel over a line?",
   "analyze-transparency": "analyze: what does a wall feel like through a device?",
+  "analyze-admittance": "analyze: does a robot bear these hands?",
   "analyze-difference": "analyze: does a hand feel the difference?",
   "analyze-sensitivity": "analyze: how much do model errors grow?",
 };

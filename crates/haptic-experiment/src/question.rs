@@ -33,9 +33,10 @@ use std::sync::atomic::AtomicBool;
 use zwidth::ZWidthSearch;
 
 /// Names of the tables of all questions to a device.
-pub const QUESTIONS: [&str; 11] = [
+pub const QUESTIONS: [&str; 12] = [
     "zwidth",
     "design",
+    "analyze-admittance",
     "analyze-environment",
     "analyze-stability",
     "analyze-stability-region",
@@ -259,6 +260,7 @@ impl Answer {
                 None => return Ok(None),
                 Some(Drawn::Felt(points)) => folder.write_table(&[], points.iter()),
                 Some(Drawn::Region(region)) => folder.write_table(&Region::COLUMNS, region.rows()),
+                Some(Drawn::Admittance { points, .. }) => folder.write_table(&[], points.iter()),
                 Some(Drawn::Difference(points)) => folder.write_table(&[], points.iter()),
                 Some(Drawn::Sensitivity(points)) => folder.write_table(&[], points.iter()),
                 Some(Drawn::Teleoperation { points, .. }) => folder.write_table(&[], points.iter()),

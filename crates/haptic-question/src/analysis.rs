@@ -1,5 +1,6 @@
 //! Analyses of a wall, a coupler or two hands over a line: what is stable, passive and felt, before anything is tried.
 
+mod admittance;
 mod answer;
 mod difference;
 pub mod felt;
@@ -9,9 +10,10 @@ mod map;
 pub mod teleoperation;
 pub mod wall;
 
+use crate::analysis::admittance::MovingDevice;
 pub use crate::analysis::answer::{
-    Analysed, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
-    decibel, logarithmic, rate, sample_time_of,
+    AdmittancePoint, Analysed, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region,
+    SensitivityPoint, StableHands, decibel, logarithmic, rate, sample_time_of,
 };
 use crate::analysis::difference::Difference;
 use crate::analysis::felt::{CouplerNeed, Felt};
@@ -28,7 +30,10 @@ use std::sync::atomic::AtomicBool;
 type Read = fn(&Table<'_>, ReadDocument) -> Result<Inquiry, Failure>;
 
 /// Analyses: the name of the table, its keys and its reader.
-const ANALYSES: [(&str, &[KeyTable], Read); 9] = [
+const ANALYSES: [(&str, &[KeyTable], Read); 10] = [
+    ("analyze-admittance", ADMITTANCE, |table, _| {
+        MovingDevice::of(table).map(|asked| Inquiry::Admittance(Box::new(asked)))
+    }),
     ("analyze-environment", ENVIRONMENT, |table, _| {
         Felt::of(table).map(Inquiry::Felt)
     }),
@@ -67,6 +72,7 @@ pub struct Analysis(Inquiry);
 
 #[derive(Clone, Debug)]
 enum Inquiry {
+    Admittance(Box<MovingDevice>),
     Felt(Felt),
     Wall(WallLoop, Asked),
     Coupling(CouplerNeed),
@@ -105,7 +111,8 @@ impl Analysis {
     pub const fn steps(&self) -> u64 {
         match &self.0 {
             Inquiry::Teleoperation(asked) => asked.steps(),
-            Inquiry::Felt(_)
+            Inquiry::Admittance(_)
+            | Inquiry::Felt(_)
             | Inquiry::Wall(..)
             | Inquiry::Coupling(_)
             | Inquiry::Difference(_) => 1,
@@ -134,6 +141,7 @@ impl Analysis {
         warn: Warn<'_>,
     ) -> Result<Analysed, Failure> {
         match &self.0 {
+            Inquiry::Admittance(asked) => asked.answer(),
             Inquiry::Felt(felt) => felt.answer(warn),
             Inquiry::Wall(wall, asked) => asked(wall, warn),
             Inquiry::Coupling(coupler) => coupler.answer(),

@@ -1,5 +1,6 @@
 //! Keys of trials.
 
+pub mod admittance;
 pub mod drive;
 pub mod teleoperation;
 pub mod trial;

@@ -422,6 +422,7 @@ pub(crate) mod keys {
             &MEASURE_DEVICE, &MEASURE_FORCE_LIMIT, &CALIBRATE_WEIGHT, &CALIBRATE_STEP, &DEVICE_MODEL,
         ]];
         // Of `analyze`.
+        Admittance: &[], a::ADMITTANCE, true;
         Stability: &[], a::STABILITY, true;
         Sensitivity: &[], a::SENSITIVITY, true;
         Environment: &[], a::ENVIRONMENT, true;

@@ -34,6 +34,7 @@ __all__ = [
     "Answer",
     "Run",
     "RunFault",
+    "analyze_admittance",
     "analyze_coupling",
     "analyze_difference",
     "analyze_environment",
@@ -336,6 +337,7 @@ analyze_passivity = _question("analyze-passivity", "The verdict on a wall: is it
 analyze_coupling = _question("analyze-coupling", "The verdict on a virtual coupler: is it passive, and which damping does that need?")
 analyze_teleoperation = _question("analyze-teleoperation", "Two hands over a line: up to which delay are they stable, and what is felt?")
 analyze_transparency = _question("analyze-transparency", "Stiffness and damping of a wall as they are felt through a device.")
+analyze_admittance = _question("analyze-admittance", "Is a robot that moves stable for all of these hands and walls, and what is felt?")
 analyze_difference = _question("analyze-difference", "Does a hand feel the difference of two laws, or of a law and a spring and damper?")
 analyze_sensitivity = _question("analyze-sensitivity", "By how much a loop amplifies errors of its model, over the frequency.")
 

@@ -1,10 +1,9 @@
 //! Answers of analyses, and the numbers that several of them need.
 
-use crate::analysis::keys::ANALYSED_SCHEME;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{LoopOperator, Polygon};
 use haptic_document::Rows;
-use haptic_document::parameters::SAMPLE_TIME;
+use haptic_document::parameters::{Parameter, SAMPLE_TIME};
 use haptic_document::{Failure, Table};
 use haptic_quantity::label;
 use serde::Serialize;
@@ -33,6 +32,13 @@ pub enum Drawn {
     Difference(Vec<DifferencePoint>),
     /// |S| over the frequency.
     Sensitivity(Vec<SensitivityPoint>),
+    /// A device that moves.
+    Admittance {
+        /// The impedance at the hand over the frequency.
+        points: Vec<AdmittancePoint>,
+        /// The stiffnesses of a hand that are stable.
+        stable: StableHands,
+    },
     /// Two hands over a line.
     Teleoperation {
         /// Values of the tissue and of what is felt, over the frequency.
@@ -99,6 +105,40 @@ pub enum Kind {
     Controller,
 }
 
+/// A frequency: force over velocity at the hand of a device that moves, and as the law renders it.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct AdmittancePoint {
+    /// Frequency of the hand's motion.
+    pub frequency_hz: f64,
+    /// Impedance in the hand, in free space.
+    pub free_n_s_per_m: f64,
+    /// Phase of that force over the velocity.
+    pub free_degrees: f64,
+    /// The impedance of the body.
+    pub free_virtual_n_s_per_m: f64,
+    /// Impedance in the hand, in contact with the world.
+    pub contact_n_s_per_m: Option<f64>,
+    /// Phase of that force over the velocity.
+    pub contact_degrees: Option<f64>,
+    /// The impedance of body and world.
+    pub contact_virtual_n_s_per_m: Option<f64>,
+}
+
+/// The stiffnesses of a hand that are stable, over the spring of a wall.
+#[derive(Clone, Debug)]
+pub struct StableHands {
+    /// Mass of the hand.
+    pub mass_kg: f64,
+    /// Damping of the hand.
+    pub damping_n_s_per_m: f64,
+    /// Springs, N/m, and the intervals of the hand's stiffness, N/m, that are stable there.
+    pub springs: Vec<(f64, Vec<[f64; 2]>)>,
+    /// Least and largest stiffness of a hand that were asked for.
+    pub hands_n_per_m: [f64; 2],
+    /// The spring that was asked for, if the world is one.
+    pub spring_n_per_m: Option<f64>,
+}
+
 /// A frequency: differences over what a hand should notice, 1 at the threshold.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct DifferencePoint {
@@ -163,10 +203,11 @@ pub(super) const HORIZON: f64 = 1e6;
 /// The operator of this order that runs, and its scheme.
 pub(super) fn operator(
     table: &Table<'_>,
+    key: &Parameter,
     order: Order,
     sample_time_s: Option<f64>,
 ) -> Result<(Scheme, LoopOperator), Failure> {
-    let scheme = table.scheme(&ANALYSED_SCHEME)?;
+    let scheme = table.scheme(key)?;
     let sample_time = sample_time_of(scheme, sample_time_s)?;
     let operator = LoopOperator::new(scheme, order, sample_time, HORIZON);
     Ok((scheme, operator.map_err(Failure::input)?))

@@ -4,8 +4,8 @@ use crate::analysis::answer::{
     Analysed, Drawn, FREQUENCIES_MOST, FeltPoint, HORIZON, logarithmic, operator,
 };
 use crate::analysis::keys::{
-    ANALYSED_CONTROLLER, ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, COUPLING_ORDER,
-    OMEGA_MAX, OMEGA_MIN, POINTS,
+    ANALYSED_CONTROLLER, ANALYSED_DAMPING, ANALYSED_MASS, ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME,
+    COUPLING_ORDER, OMEGA_MAX, OMEGA_MIN, POINTS,
 };
 use crate::analysis::law::Law;
 use crate::analysis::wall::{OnPlant, missing, path, path_result};
@@ -269,7 +269,7 @@ impl CouplerNeed {
     pub(crate) fn of(table: &Table<'_>) -> Result<Self, Failure> {
         let order = table.order(&COUPLING_ORDER)?;
         let t = table.required(&ANALYSED_SAMPLE_TIME)?;
-        let (scheme, operator) = operator(table, order, Some(t))?;
+        let (scheme, operator) = operator(table, &ANALYSED_SCHEME, order, Some(t))?;
         let asked = Self {
             order,
             scheme,

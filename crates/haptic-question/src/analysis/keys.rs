@@ -12,6 +12,7 @@ use haptic_document::parameters::{
     OTHER_LAW, PLANT_MODEL, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE, UNNAMED_PIECE,
 };
 use haptic_document::parameters::{Parameter, Paths, joined};
+use haptic_trial::keys::admittance::{BODY, PUSHING_HANDS, ROBOT};
 use haptic_trial::keys::teleoperation::{
     ARCHITECTURE, HAND_COUPLER_ORDER, LINE_DELAY, SLAVE_DAMPING, SLAVE_MASS, WAVE_IMPEDANCE,
 };
@@ -122,6 +123,18 @@ pub const DIFFERENCE: &[KeyTable] = &[
             POINTS,
         ],
     ),
+];
+/// Keys of a device that moves.
+pub const ADMITTANCE: &[KeyTable] = &[
+    ("Virtual body", BODY),
+    ("Robot", &joined::<7>(&[ROBOT, &[ANALYSED_SAMPLE_TIME]])),
+    ("Hands", PUSHING_HANDS),
+    (
+        "Wall, from free space on",
+        &[ORDER, ANALYSED_SCHEME, STIFFNESS, DISSIPATION],
+    ),
+    IN_PLACE,
+    ("Frequencies", &[FELT_LOW, FELT_HIGH, POINTS]),
 ];
 /// Keys of the passivity of a coupler.
 pub const COUPLING: &[KeyTable] = &[(

@@ -77,7 +77,7 @@ impl Law {
         }
         of_a_tissue_alone(table)?;
         let order = table.order(&ORDER)?;
-        let (scheme, operator) = operator(table, order, given_s)?;
+        let (scheme, operator) = operator(table, &ANALYSED_SCHEME, order, given_s)?;
         let wall = Self {
             stiffness: table.number_if(&STIFFNESS)?,
             dissipation: table.number_if(&DISSIPATION)?,
@@ -87,6 +87,20 @@ impl Law {
             in_place: None,
         };
         Ok((wall, given_s))
+    }
+
+    /// A spring alone, N/m.
+    pub(crate) fn spring(stiffness: f64, t: f64) -> Result<Self, Failure> {
+        let order = Order::new(0.0).map_err(Failure::input)?;
+        let operator = LoopOperator::new(Scheme::Exact, order, Seconds(t), HORIZON);
+        Ok(Self {
+            stiffness: Some(stiffness),
+            dissipation: None,
+            order,
+            scheme: Scheme::Exact,
+            operator: operator.map_err(Failure::input)?,
+            in_place: None,
+        })
     }
 
     fn of_controller(table: &Table<'_>, given_s: Option<f64>) -> Result<(Self, f64), Failure> {

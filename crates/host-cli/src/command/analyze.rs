@@ -15,6 +15,16 @@ use std::sync::Arc;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Judge a robot that moves: a virtual body, for every hand and every wall between two
+    ///
+    /// A robot takes a velocity and measures a force. The law is a virtual body m*D^alpha + b in a
+    /// virtual world. The verdict is a proof for all hands, from free space to the wall or tissue
+    /// that is given: a body that is stable in free space may not be at a soft wall.
+    #[command(
+        after_help = "Example: host-cli analyze admittance --body-inertance 4 --body-order 0.7 --body-damping 0.5 \
+                      --bandwidth 10Hz --dead-time 4ms --force-cutoff 30Hz --sample-time 2ms --stiffness 500 --out robot"
+    )]
+    Admittance(WithFiles<keys::Admittance>),
     /// Compute effective stiffness and damping of a virtual environment
     #[command(
         after_help = "Example: host-cli analyze environment --order 0.5 --stiffness 10N/mm --dissipation 100 \
@@ -108,6 +118,7 @@ impl TwoLaws {
 impl Command {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         match self {
+            Self::Admittance(asked) => kept("admittance", asked, output),
             Self::Environment(asked) => kept("environment", asked, output),
             Self::Stability(options) => answer("stability", options, None, output),
             Self::StabilityRegion(asked) => kept("stability-region", asked, output),

@@ -2,13 +2,19 @@
 
 use crate::picture::{Panel, linear, logarithmic as axis, page};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
+use haptic_quantity::written;
 use haptic_question::analysis::{
-    DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
+    AdmittancePoint, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
+    StableHands,
 };
 
 /// The picture of an analysis.
 pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
     let (title, panels) = match drawn {
+        Drawn::Admittance { points, stable } => (
+            "A robot in the hand",
+            vec![moving(points), stable_hands(stable)],
+        ),
         Drawn::Felt(points) => felt(points),
         Drawn::Region(region) => {
             let title = match region.in_place {
@@ -63,6 +69,91 @@ fn felt(points: &[FeltPoint]) -> (&'static str, Vec<Panel<'static>>) {
         "Effective stiffness and damping of the environment"
     };
     (title, panels)
+}
+
+/// Impedance at the hand and of the law, in free space and in contact.
+fn moving(points: &[AdmittancePoint]) -> Panel<'static> {
+    type Value = fn(&AdmittancePoint) -> Option<f64>;
+    let curve = |value: Value| {
+        let points = points.iter();
+        points.filter_map(move |at| Some((at.frequency_hz, value(at)?)))
+    };
+    Panel::new("impedance", axis("frequency / Hz"), axis("|F/v| / N·s·m⁻¹"))
+        .with(
+            "free, virtual",
+            Look::Broad,
+            0,
+            curve(|at| Some(at.free_virtual_n_s_per_m)),
+        )
+        .with(
+            "free, in the hand",
+            Look::Dotted,
+            4,
+            curve(|at| Some(at.free_n_s_per_m)),
+        )
+        .with(
+            "contact, virtual",
+            Look::Broad,
+            1,
+            curve(|at| at.contact_virtual_n_s_per_m),
+        )
+        .with(
+            "contact, in the hand",
+            Look::Dotted,
+            5,
+            curve(|at| at.contact_n_s_per_m),
+        )
+}
+
+/// Least stiffness that is drawn, N/m.
+const SOFTEST: f64 = 1.0;
+
+/// Stable stiffnesses of a hand over the spring that it meets, as areas, and those that were asked for.
+fn stable_hands(stable: &StableHands) -> Panel<'static> {
+    // Areas that are still open: their borders so far, the lower and the upper one.
+    let mut open: Vec<[Vec<(f64, f64)>; 2]> = Vec::new();
+    let mut closed = Vec::new();
+    for (spring, hands) in &stable.springs {
+        let mut next = Vec::new();
+        for &[low, high] in hands {
+            let met = open.iter().position(|[lower, upper]| {
+                let ends = lower.last().zip(upper.last());
+                ends.is_some_and(|(lower, upper)| lower.1 < high && low < upper.1)
+            });
+            let [mut lower, mut upper] =
+                met.map_or_else(Default::default, |index| open.remove(index));
+            lower.push((*spring, low.max(SOFTEST)));
+            upper.push((*spring, high.max(SOFTEST)));
+            next.push([lower, upper]);
+        }
+        closed.append(&mut open);
+        open = next;
+    }
+    closed.append(&mut open);
+    let caption = format!(
+        "with {} and {}",
+        written("mass_kg", stable.mass_kg),
+        written("damping_n_s_per_m", stable.damping_n_s_per_m)
+    );
+    let panel = Panel::new(
+        caption,
+        axis("spring of a wall / N·m⁻¹"),
+        axis("stiffness of the hand / N·m⁻¹"),
+    );
+    let panel = closed.into_iter().fold(panel, |panel, [lower, upper]| {
+        let outline = lower.into_iter().chain(upper.into_iter().rev());
+        panel.with("stable", Look::Area, 0, outline)
+    });
+    let [low, high] = stable.hands_n_per_m.map(|hand| hand.max(SOFTEST));
+    let last = stable.spring_n_per_m.unwrap_or(SOFTEST).max(SOFTEST);
+    let asked = [
+        (SOFTEST, low),
+        (last, low),
+        (last, high),
+        (SOFTEST, high),
+        (SOFTEST, low),
+    ];
+    panel.with("your hands", Look::Dashed, 1, asked)
 }
 
 fn difference(points: &[DifferencePoint]) -> Panel<'static> {
