@@ -34,8 +34,8 @@ mod teleoperation;
 mod transparency;
 
 pub use admittance::{
-    AdmittanceBox, AdmittanceLoop, AdmittanceMargins, AdmittanceNumber, BoxVerdict, EffortWeight,
-    ForceFilter, HandImpedance, Robot, VelocityLoop, VirtualBody, VirtualWorld,
+    AdmittanceBody, AdmittanceBox, AdmittanceLoop, AdmittanceMargins, AdmittanceNumber,
+    AdmittanceWorld, BoxVerdict, EffortWeight, ForceFilter, HandImpedance, Robot, VelocityLoop,
 };
 pub use certified_count::{AtAngle, StabilityVerdict};
 pub use coupling::Coupler;

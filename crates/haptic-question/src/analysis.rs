@@ -12,8 +12,8 @@ pub mod wall;
 
 use crate::analysis::admittance::MovingDevice;
 pub use crate::analysis::answer::{
-    AdmittancePoint, Analysed, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region,
-    SensitivityPoint, StableHands, decibel, logarithmic, rate, sample_time_of,
+    AdmittancePoint, Analysed, BodyPoint, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind,
+    Region, SensitivityPoint, StableHands, decibel, logarithmic, rate, sample_time_of,
 };
 use crate::analysis::difference::Difference;
 use crate::analysis::felt::{CouplerNeed, Felt};
@@ -111,8 +111,8 @@ impl Analysis {
     pub const fn steps(&self) -> u64 {
         match &self.0 {
             Inquiry::Teleoperation(asked) => asked.steps(),
-            Inquiry::Admittance(_)
-            | Inquiry::Felt(_)
+            Inquiry::Admittance(asked) => asked.steps(),
+            Inquiry::Felt(_)
             | Inquiry::Wall(..)
             | Inquiry::Coupling(_)
             | Inquiry::Difference(_) => 1,
@@ -141,7 +141,7 @@ impl Analysis {
         warn: Warn<'_>,
     ) -> Result<Analysed, Failure> {
         match &self.0 {
-            Inquiry::Admittance(asked) => asked.answer(),
+            Inquiry::Admittance(asked) => asked.answer(progress, stop),
             Inquiry::Felt(felt) => felt.answer(warn),
             Inquiry::Wall(wall, asked) => asked(wall, warn),
             Inquiry::Coupling(coupler) => coupler.answer(),

@@ -131,15 +131,15 @@ pub fn check_orders(orders: &[Order], parameter: &Parameter) -> Result<(), Failu
     (orders.iter()).try_for_each(|order| check(parameter, order.get()))
 }
 
-/// The answer for each order, on all cores; `progress` hears of each that is done, `stop` ends it before the next.
+/// The answer for each order, or another candidate, on all cores; `progress` hears of each that is done, `stop` ends it before the next.
 ///
 /// # Errors
 /// The first of the orders that has one; a search that was stopped.
-pub fn for_each_order<T: Send>(
-    orders: &[Order],
+pub fn for_each_order<I: Copy + Sync, T: Send>(
+    orders: &[I],
     stop: &AtomicBool,
     progress: &(dyn Fn(u64) + Sync),
-    answer: impl Fn(Order) -> Result<T, Failure> + Sync,
+    answer: impl Fn(I) -> Result<T, Failure> + Sync,
 ) -> Result<Vec<T>, Failure> {
     let goes_on = || {
         if stop.load(Ordering::Relaxed) {

@@ -1,7 +1,8 @@
 //! Margins of an admittance loop: how much heavier a hand, how much later a robot.
 
-use super::terms::{Node, TERMS};
-use super::{AdmittanceLoop, Family, Robot};
+use super::closed::{AdmittanceLoop, AdmittanceNumber};
+use super::robot::Robot;
+use super::terms::{Family, Node, TERMS};
 use crate::AnalysisError;
 use certified_count::{
     AtAngle, Bounds, Jet, Late, LoopTerms, OpenLoop, Peak, Unknown, delay_margin, product,
@@ -29,7 +30,7 @@ const PARTS: u32 = 16;
 const FINER: u32 = 32;
 
 /// F as the sum of two functions: all terms but some, and those.
-pub(super) struct Split<'a, 'b> {
+struct Split<'a, 'b> {
     family: &'a Family<'b>,
     below: [f64; TERMS],
     above: [f64; TERMS],
@@ -37,7 +38,7 @@ pub(super) struct Split<'a, 'b> {
 
 impl<'a, 'b> Split<'a, 'b> {
     /// All terms but one, and one times 1.
-    pub(super) fn one(subject: &'a AdmittanceLoop<'b>, index: usize) -> Self {
+    fn one(subject: &'a AdmittanceLoop<'b>, index: usize) -> Self {
         let (mut below, mut above) = (subject.coefficients, [0.0; TERMS]);
         below[index] = 0.0;
         above[index] = 1.0;
@@ -62,7 +63,7 @@ impl<'a, 'b> Split<'a, 'b> {
     }
 
     /// Every factor above 0 on the second part with which F has a zero on the circle.
-    pub(super) fn crossings(&self) -> Vec<f64> {
+    fn crossings(&self) -> Vec<f64> {
         self.gain_crossings()
             .into_iter()
             .map(|at| at.value)
@@ -126,6 +127,34 @@ impl OpenLoop for Split<'_, '_> {
 }
 
 impl AdmittanceLoop<'_> {
+    /// The values from `low` to `high` of one number, at least 0, with which the loop is stable, as intervals that rise; the others stay.
+    #[must_use]
+    pub fn stable_values(&self, number: AdmittanceNumber, [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
+        let unit = self.family.units()[number.index()];
+        let crossings = Split::one(self, number.index());
+        let crossings = crossings.crossings().into_iter().map(|at| at / unit);
+        let inside = crossings.filter(|at| low < *at && *at < high);
+        let mut ends: Vec<f64> = inside.chain([low, high]).collect();
+        ends.sort_by(f64::total_cmp);
+        let mut stable: Vec<[f64; 2]> = Vec::new();
+        for pair in ends.windows(2) {
+            let middle = if pair[0] > 0.0 {
+                libm::sqrt(pair[0] * pair[1])
+            } else {
+                0.5 * pair[1]
+            };
+            let mut coefficients = self.coefficients;
+            coefficients[number.index()] = middle * unit;
+            match stable.last_mut() {
+                _ if !self.family.verdict(&coefficients).stable => {}
+                // A crossing that only touches bounds nothing.
+                Some(last) if last[1] >= pair[0] => last[1] = pair[1],
+                Some(_) | None => stable.push([pair[0], pair[1]]),
+            }
+        }
+        stable
+    }
+
     /// All margins. *Cost*: some thousand values of F, most of them for the dead time.
     ///
     /// # Errors
@@ -168,7 +197,7 @@ impl AdmittanceLoop<'_> {
         zero.map(|(delay, theta)| AtAngle::new(delay, theta))
     }
 
-    /// The same law and hand on another robot.
+    /// Its law and hand on another robot.
     fn on<'c>(&self, robot: &'c Robot) -> AdmittanceLoop<'c>
     where
         Self: 'c,

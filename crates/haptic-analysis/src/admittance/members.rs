@@ -8,8 +8,8 @@
 //! member's border is narrow enough to be missed; an interval that is not proved is halved. Towards rest, in a box with no spring at all, F falls
 //! as v·(b + `b_h`), a right angle from the springs: there b + `b_h` > 0 is the proof, below 1e-9 rad/sample by its limit alone.
 
+use super::closed::{AdmittanceLoop, AdmittanceNumber, NEAR_REST};
 use super::terms::{Family, Node, TERMS};
-use super::{AdmittanceLoop, AdmittanceNumber, NEAR_REST};
 use crate::AnalysisError;
 use core::f64::consts::PI;
 use fracdiff::parameter::{not_negative, range};
@@ -22,7 +22,7 @@ pub struct AdmittanceBox<'a> {
     high: [f64; TERMS],
 }
 
-/// What was proved of a box.
+/// The proof of a box, or what stands against one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum BoxVerdict {
@@ -166,11 +166,12 @@ impl<'a> AdmittanceBox<'a> {
         Ok(Some(low))
     }
 
-    /// The least factor on the body, m and b together, from which on to `most` times the box is proved at every factor that was tried; to 1e-7 of
-    /// itself. `None` if `most` does not do.
+    /// The least factor on the body, m and b together, from `low` to `high`, with which the box is proved: the first of 80 in equal steps of their
+    /// logarithm, and then to 1e-4 of itself from the one before. A heavier body may not be proved again: a spring that acts late drives a mass.
     #[must_use]
-    pub fn least_body(&self, most: f64) -> Option<f64> {
-        let holds = |factor: f64| {
+    pub fn least_body(&self, [low, high]: [f64; 2]) -> Option<f64> {
+        const STEPS: u32 = 80;
+        let holds = |factor: &f64| {
             let mut scaled = *self;
             for index in 0..2 {
                 scaled.low[index] *= factor;
@@ -178,23 +179,19 @@ impl<'a> AdmittanceBox<'a> {
             }
             scaled.is_proved()
         };
-        if !holds(most) {
-            return None;
-        }
-        let (mut low, mut high) = (0.0, most);
-        while high - low > KNOWN * high && high > 1e-9 * most {
-            let middle = if low > 0.0 {
-                libm::sqrt(low * high)
+        let ratio = libm::pow(high / low, 1.0 / f64::from(STEPS));
+        let factors = (0..=STEPS).map(|step| low * libm::pow(ratio, f64::from(step)));
+        let mut above = factors.into_iter().find(holds)?;
+        let mut below = (above / ratio).max(low);
+        while above - below > 1e-4 * above {
+            let middle = libm::sqrt(below * above);
+            *(if holds(&middle) {
+                &mut above
             } else {
-                0.5 * high
-            };
-            if holds(middle) {
-                high = middle;
-            } else {
-                low = middle;
-            }
+                &mut below
+            }) = middle;
         }
-        Some(high)
+        Some(above)
     }
 
     /// True if every member is proved to be stable.

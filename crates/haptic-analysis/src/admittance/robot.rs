@@ -130,7 +130,7 @@ impl ForceFilter {
     };
 }
 
-/// What a law for motion faces, but for the hand: the robot's loop behind a hold and a dead time, and its force sensor.
+/// The device below a law for motion: the robot's loop behind a hold and a dead time, and its force sensor.
 /// ```text
 /// v = G(s)·e^(−sτ)·u,  u held over T      f_m = H(s)·f
 /// L(w) = m·L_m + b·L_b + k·L_k            sampled force over the command, of a hand m·s + b + k/s on the handle

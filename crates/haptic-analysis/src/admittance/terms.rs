@@ -5,13 +5,37 @@
 //! ```
 
 use super::robot::{Numerator, Robot};
-use super::{VirtualBody, VirtualWorld};
+use crate::LoopOperator;
 use crate::affine::{Terms, Ways};
 use crate::characteristic::Characteristic;
 use crate::curve::{bounds_in_v, jet_in_v, powers_in_v, size_in_v, w_to};
 use crate::operator::OperatorNode;
 use certified_count::{Bounds, Jet, Place};
 use num_complex::Complex;
+
+/// The virtual body M(D) = m·D^α + b, from a velocity to a force.
+#[derive(Clone, Copy, Debug)]
+pub struct AdmittanceBody<'a> {
+    /// m, N·s^(1+α)/m, at least 0: a mass in kg at α = 1, a damping in N·s/m at α = 0.
+    pub inertance_n_s_alpha_per_m: f64,
+    /// b, N·s/m, at least 0.
+    pub damping_n_s_per_m: f64,
+    /// D^α of the velocity, by the scheme that runs.
+    pub operator: &'a LoopOperator,
+}
+
+/// The virtual world K + B·D^μ at the virtual position.
+#[derive(Clone, Copy, Debug)]
+pub struct AdmittanceWorld<'a> {
+    /// K, N/m, at least 0.
+    pub stiffness_n_per_m: f64,
+    /// B, N·s^μ/m, at least 0.
+    pub dissipation_n_s_mu_per_m: f64,
+    /// D^μ of the position.
+    pub operator: &'a LoopOperator,
+    /// Whole samples between the virtual position and the force of the world, up to 10 000.
+    pub delay_samples: usize,
+}
 
 /// Terms of F: b, m, `m_h`, `b_h`, `k_h`, K, B.
 pub(super) const TERMS: usize = 7;
@@ -20,8 +44,8 @@ pub(super) const TERMS: usize = 7;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Family<'a> {
     pub(super) robot: &'a Robot,
-    pub(super) body: VirtualBody<'a>,
-    pub(super) world: Option<VirtualWorld<'a>>,
+    pub(super) body: AdmittanceBody<'a>,
+    pub(super) world: Option<AdmittanceWorld<'a>>,
 }
 
 /// Everything known at one angle.

@@ -4,8 +4,8 @@ use core::f64::consts::PI;
 use fracdiff::{FrequencyResponse, Order, Scheme, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
-    AdmittanceBox, AdmittanceLoop, AdmittanceNumber, BoxVerdict, EffortWeight, ForceFilter,
-    HandImpedance, LoopOperator, Robot, VelocityLoop, VirtualBody, VirtualWorld,
+    AdmittanceBody, AdmittanceBox, AdmittanceLoop, AdmittanceNumber, AdmittanceWorld, BoxVerdict,
+    EffortWeight, ForceFilter, HandImpedance, LoopOperator, Robot, VelocityLoop,
 };
 
 const T: f64 = 2e-3;
@@ -30,16 +30,16 @@ fn operator(order: f64) -> LoopOperator {
     LoopOperator::new(Scheme::Exact, order, Seconds(T), 1e5).expect("in range")
 }
 
-fn body(operator: &LoopOperator, m: f64, b: f64) -> VirtualBody<'_> {
-    VirtualBody {
+fn body(operator: &LoopOperator, m: f64, b: f64) -> AdmittanceBody<'_> {
+    AdmittanceBody {
         inertance_n_s_alpha_per_m: m,
         damping_n_s_per_m: b,
         operator,
     }
 }
 
-fn wall(operator: &LoopOperator, stiffness_n_per_m: f64) -> VirtualWorld<'_> {
-    VirtualWorld {
+fn wall(operator: &LoopOperator, stiffness_n_per_m: f64) -> AdmittanceWorld<'_> {
+    AdmittanceWorld {
         stiffness_n_per_m,
         dissipation_n_s_mu_per_m: 0.0,
         operator,

@@ -4,60 +4,38 @@
 //! ```
 //! The verdict is a proof over the box, not over a grid of it; margins are those of its worst corner.
 
-use crate::analysis::answer::{
-    AdmittancePoint, Analysed, Drawn, FREQUENCIES_MOST, StableHands, logarithmic, operator,
-};
-use crate::analysis::keys::{
-    ANALYSED_CONTROLLER, ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, FELT_HIGH,
-    FELT_LOW, POINTS,
-};
-use crate::analysis::law::{Law, of_a_tissue_alone};
+mod best;
+mod moving;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use moving::MovingDevice;
+
+use crate::analysis::admittance::best::{Best, bodies};
+use crate::analysis::admittance::moving::{Around, Body};
+use crate::analysis::answer::{AdmittancePoint, Analysed, Drawn, StableHands, logarithmic};
+use crate::analysis::law::Law;
 use fracdiff::num_complex::Complex;
 use haptic_analysis::{
-    AdmittanceBox, AdmittanceLoop, AdmittanceMargins, AdmittanceNumber, BoxVerdict, EffortWeight,
-    ForceFilter, HandImpedance, LoopOperator, Robot, VelocityLoop, VirtualBody, VirtualWorld,
+    AdmittanceBox, AdmittanceLoop, AdmittanceMargins, AdmittanceNumber, AdmittanceWorld,
+    BoxVerdict, EffortWeight, HandImpedance, LoopOperator,
 };
-use haptic_document::parameters::Parameter;
-use haptic_document::{Failure, Table, rows};
+use haptic_document::{Failure, rows};
 use haptic_quantity::{digits, written};
 use haptic_trial::advice::analysed;
-use haptic_trial::keys::admittance::{
-    BODY_DAMPING, BODY_INERTANCE, BODY_LAG, BODY_ORDER, BODY_SCHEME, FORCE_CUTOFF, FORCE_LAGS,
-    HANDS_DAMPING, HANDS_MASS, HANDS_STIFFNESS, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME,
-    TOOL_MASS,
-};
-use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
+use std::sync::atomic::AtomicBool;
 
 /// Stiffest hand and wall that are looked for, N/m.
 const STIFFEST: f64 = 1e6;
-/// Largest factor on a body that is looked for.
-const HEAVIEST: f64 = 1e4;
+/// Factors on a body that are looked for.
+const BODIES: [f64; 2] = [0.01, 1e3];
 /// Springs of a map, from 1 N/m on.
 const SOFTEST: f64 = 1.0;
 const WALLS: usize = 49;
 /// Frequencies at which the hand's port may give energy.
 const PASSIVE_POINTS: usize = 2000;
-
-/// A body on a robot, the hands that push it, and a world.
-#[derive(Clone, Debug)]
-pub(crate) struct MovingDevice {
-    robot: Robot,
-    body: Body,
-    hands: [[f64; 2]; 3],
-    world: Option<Law>,
-    frequencies_hz: Vec<f64>,
-    asked: Value,
-}
-
-/// A virtual body.
-#[derive(Clone, Debug)]
-struct Body {
-    inertance: f64,
-    damping: f64,
-    operator: LoopOperator,
-}
 
 /// A corner of the box of hands.
 #[derive(Clone, Copy, Debug)]
@@ -67,205 +45,56 @@ struct Corner {
     margins: AdmittanceMargins,
 }
 
-/// Least and largest value of a key that takes one or both.
-fn ends(table: &Table<'_>, key: &Parameter) -> Result<[f64; 2], Failure> {
-    let given = table.numbers_if(key)?;
-    match *given.unwrap_or_else(|| key.default_numbers()) {
-        [one] => Ok([one; 2]),
-        [low, high] if low <= high => Ok([low, high]),
-        _ => {
-            let reason = "it is one number, or the least and the largest one";
-            Err(table.fail_at(key.key, reason).into())
-        }
-    }
-}
-
-impl Body {
-    fn of(table: &Table<'_>, t: f64) -> Result<Self, Failure> {
-        let order = table.order(&BODY_ORDER)?;
-        let inertance = table.required(&BODY_INERTANCE)?;
-        let damping = table.number_if(&BODY_DAMPING)?.unwrap_or(0.0);
-        if inertance == 0.0 && damping == 0.0 {
-            let reason = format!("a body of nothing moves without end: give {BODY_DAMPING} too");
-            return Err(table.fail_at(BODY_INERTANCE.key, reason).into());
-        }
-        let operator = match table.number_if(&BODY_LAG)? {
-            Some(lag) => {
-                if order.get().to_bits() != 1.0_f64.to_bits() || table.has(&BODY_SCHEME) {
-                    let reason = format!(
-                        "a lagged mass has order 1 and no scheme: omit {BODY_LAG}, or {BODY_ORDER} and {BODY_SCHEME}"
-                    );
-                    return Err(table.fail_at(BODY_LAG.key, reason).into());
-                }
-                LoopOperator::lagged_difference(lag / t).map_err(analysed)?
-            }
-            None => operator(table, &BODY_SCHEME, order, Some(t))?.1,
-        };
-        Ok(Self {
-            inertance,
-            damping,
-            operator,
-        })
-    }
-
-    const fn virtual_body(&self) -> VirtualBody<'_> {
-        VirtualBody {
-            inertance_n_s_alpha_per_m: self.inertance,
-            damping_n_s_per_m: self.damping,
-            operator: &self.operator,
-        }
-    }
-}
-
-/// The robot of these keys: without bandwidth and dead time there is no verdict on it.
-fn robot(table: &Table<'_>, t: f64) -> Result<Robot, Failure> {
-    let motion = VelocityLoop::second_order(
-        table.required(&ROBOT_BANDWIDTH)?,
-        table.number(&ROBOT_DAMPING)?,
-    );
-    let filter = match table.number_if(&FORCE_CUTOFF)? {
-        Some(cutoff_hz) => ForceFilter {
-            cutoff_hz,
-            lags: table.count_in(&FORCE_LAGS, 1..=4)?,
-        },
-        None if table.has(&FORCE_LAGS) => {
-            let reason =
-                format!("it has no effect without {FORCE_CUTOFF}: give that too, or omit it");
-            return Err(table.fail_at(FORCE_LAGS.key, reason).into());
-        }
-        None => ForceFilter::NONE,
-    };
-    let dead_time = table.required(&ROBOT_DEAD_TIME)?;
-    let tool = table.number(&TOOL_MASS)?;
-    Robot::new(motion.map_err(analysed)?, dead_time, filter, tool, t).map_err(analysed)
-}
-
-/// The law in contact, if there is one. A spring alone has no order.
-fn world(table: &Table<'_>, t: f64) -> Result<Option<Law>, Failure> {
-    let in_place = [&ANALYSED_TISSUE, &ANALYSED_CONTROLLER];
-    let is_in_place = in_place.iter().any(|key| table.has(key));
-    if !is_in_place && !table.has(&DISSIPATION) {
-        let idle = [&ORDER, &ANALYSED_SCHEME];
-        if let Some(key) = idle.iter().find(|key| table.has(key)) {
-            let reason =
-                format!("it is of the dissipation of a wall: give {DISSIPATION}, or omit it");
-            return Err(table.fail_at(key.key, reason).into());
-        }
-        of_a_tissue_alone(table)?;
-        let Some(stiffness) = table.number_if(&STIFFNESS)? else {
-            return Ok(None);
-        };
-        return Ok(Some(Law::spring(stiffness, t)?));
-    }
-    Ok(Some(Law::of(table, Some(t))?.0))
+/// A body in its surroundings.
+struct Judged<'a> {
+    around: &'a Around,
+    body: &'a Body,
+    frequencies_hz: &'a [f64],
 }
 
 impl MovingDevice {
-    pub(super) fn of(table: &Table<'_>) -> Result<Self, Failure> {
-        let t = table.required(&ANALYSED_SAMPLE_TIME)?;
-        let world = world(table, t)?;
-        let hands = [&HANDS_MASS, &HANDS_DAMPING, &HANDS_STIFFNESS];
-        let [mass, damping, stiffness] = hands.map(|key| ends(table, key));
-        let hands = [mass?, damping?, stiffness?];
-        let [low, high] = [table.number(&FELT_LOW)?, table.number(&FELT_HIGH)?];
-        let most = 0.5 / t;
-        if !(low < high && high <= most) {
-            let reason = format!(
-                "{low} to {high} Hz do not rise within {most} Hz, half the sample rate: change {FELT_LOW} or {FELT_HIGH}"
-            );
-            return Err(table.fail_at(FELT_HIGH.key, reason).into());
-        }
-        let count = table.count_in(&POINTS, 2..=FREQUENCIES_MOST)?;
-        let (robot, body) = (robot(table, t)?, Body::of(table, t)?);
-        let asked = json!({
-            "body_order": body.operator.order().get(),
-            "body_inertance_n_s_mu_per_m": body.inertance,
-            "body_damping_n_s_per_m": body.damping,
-            "body_lag_s": table.number_if(&BODY_LAG)?,
-            "hand_mass_kg": hands[0],
-            "hand_damping_n_s_per_m": hands[1],
-            "hand_stiffness_n_per_m": hands[2],
-            "stiffness_n_per_m": world.as_ref().and_then(|law| law.of_wall(law.stiffness)),
-            "dissipation_n_s_mu_per_m": world.as_ref().and_then(|law| law.of_wall(law.dissipation)),
-            "sample_time_s": t,
-        });
-        let in_place = world.as_ref().map(Law::in_place_result);
-        Ok(Self {
-            robot,
+    /// Number of steps in the reported progress.
+    pub(crate) const fn steps(&self) -> u64 {
+        if self.body.is_none() { Best::STEPS } else { 1 }
+    }
+
+    pub(crate) fn answer(
+        &self,
+        progress: &(dyn Fn(u64) + Sync),
+        stop: &AtomicBool,
+    ) -> Result<Analysed, Failure> {
+        let found = match self.body {
+            None => Some(bodies(
+                &self.around.with_margin(self.hand_margin),
+                progress,
+                stop,
+            )?),
+            Some(_) => None,
+        };
+        let given = self.body.as_ref();
+        let Some(body) = given.or_else(|| found.as_ref().map(Best::body)) else {
+            return Err(Failure::bad_input("no body is asked for"));
+        };
+        let judged = Judged {
+            around: &self.around,
             body,
-            hands,
-            frequencies_hz: logarithmic(low, high, count).collect(),
-            asked: rows([asked].into_iter().chain(in_place)).into(),
-            world,
-        })
-    }
-
-    /// K and B of the world.
-    fn gains(law: &Law) -> [f64; 2] {
-        [law.stiffness, law.dissipation].map(|gain| gain.unwrap_or(0.0))
-    }
-
-    fn world(&self) -> Option<VirtualWorld<'_>> {
-        let law = self.world.as_ref()?;
-        let [stiffness_n_per_m, dissipation_n_s_mu_per_m] = Self::gains(law);
-        Some(VirtualWorld {
-            stiffness_n_per_m,
-            dissipation_n_s_mu_per_m,
-            operator: &law.operator,
-            delay_samples: 0,
-        })
-    }
-
-    fn in_hand<'a>(
-        &'a self,
-        hand: HandImpedance,
-        world: Option<VirtualWorld<'a>>,
-    ) -> Result<AdmittanceLoop<'a>, Failure> {
-        AdmittanceLoop::new(&self.robot, self.body.virtual_body(), hand, world).map_err(analysed)
-    }
-
-    /// The hand of these ends: 0 the least, 1 the largest.
-    fn hand(&self, which: [usize; 3]) -> HandImpedance {
-        let [mass_kg, damping_n_s_per_m, stiffness_n_per_m] =
-            [0, 1, 2].map(|number| self.hands[number][which[number]]);
-        HandImpedance {
-            mass_kg,
-            damping_n_s_per_m,
-            stiffness_n_per_m,
+            frequencies_hz: &self.frequencies_hz,
+        };
+        let mut answer = judged.answer(&self.asked)?;
+        if let Some(found) = found {
+            answer.report.extend(found.rows());
+            if let Some(Drawn::Admittance { bodies, .. }) = &mut answer.drawn {
+                *bodies = found.points();
+            }
         }
+        Ok(answer)
     }
+}
 
-    fn with_hands<'a>(&self, mut all: AdmittanceBox<'a>) -> Result<AdmittanceBox<'a>, Failure> {
-        let numbers = [
-            AdmittanceNumber::HandMass,
-            AdmittanceNumber::HandDamping,
-            AdmittanceNumber::HandStiffness,
-        ];
-        for (number, ends) in numbers.into_iter().zip(self.hands) {
-            all = all.with(number, ends).map_err(analysed)?;
-        }
-        Ok(all)
-    }
-
-    /// All hands, and all worlds from free space to the one that is given.
-    fn all(&self) -> Result<AdmittanceBox<'_>, Failure> {
-        let middle = self.in_hand(self.hand([0; 3]), self.world())?;
-        let mut all = self.with_hands(AdmittanceBox::around(&middle))?;
-        if let Some(law) = &self.world {
-            let [stiffness, dissipation] = Self::gains(law);
-            all = all
-                .with(AdmittanceNumber::WorldStiffness, [0.0, stiffness])
-                .map_err(analysed)?;
-            all = all
-                .with(AdmittanceNumber::WorldDissipation, [0.0, dissipation])
-                .map_err(analysed)?;
-        }
-        Ok(all)
-    }
-
+impl Judged<'_> {
     /// The corner that bears the least more of a hand.
     fn worst(&self) -> Result<Option<Corner>, Failure> {
-        let worlds: &[bool] = if self.world.is_some() {
+        let worlds: &[bool] = if self.around.world.is_some() {
             &[false, true]
         } else {
             &[false]
@@ -273,9 +102,11 @@ impl MovingDevice {
         let mut worst: Option<Corner> = None;
         for &in_world in worlds {
             for which in 0..8_usize {
-                let hand = self.hand([0, 1, 2].map(|number| which >> number & 1));
-                let world = if in_world { self.world() } else { None };
-                let Ok(margins) = self.in_hand(hand, world)?.margins() else {
+                let hand = self
+                    .around
+                    .hand([0, 1, 2].map(|number| which >> number & 1));
+                let world = if in_world { self.around.world() } else { None };
+                let Ok(margins) = self.around.in_hand(self.body, hand, world)?.margins() else {
                     return Ok(None);
                 };
                 let room = |margins: &AdmittanceMargins| {
@@ -293,15 +124,21 @@ impl MovingDevice {
         Ok(worst)
     }
 
-    pub(crate) fn answer(&self) -> Result<Analysed, Failure> {
-        let all = self.all()?;
+    fn answer(&self, asked: &Value) -> Result<Analysed, Failure> {
+        let body = json!({
+            "body_order": self.body.operator.order().get(),
+            "body_inertance_n_s_mu_per_m": self.body.inertance,
+            "body_damping_n_s_per_m": self.body.damping,
+            "body_lag_s": self.body.lag_s,
+        });
+        let all = self.around.all(self.body)?;
         let verdict = all.verdict();
         let stable = match verdict {
             BoxVerdict::Proved => Some(true),
             BoxVerdict::Unstable(_) => Some(false),
             _ => None,
         };
-        let t = self.robot.sample_time_s();
+        let t = self.around.robot.sample_time_s();
         let unproved_hz = match verdict {
             BoxVerdict::Unproved { theta } => Some(theta / (TAU * t)),
             _ => None,
@@ -312,27 +149,27 @@ impl MovingDevice {
             "unproved_hz": unproved_hz,
             "unstable_hand": unstable(verdict),
         });
-        let least_body = all.least_body(HEAVIEST);
+        let least_body = all.least_body(BODIES);
         let limits = json!({
             "least_body_factor": least_body,
-            "least_body_factor_reason": least_body.is_none().then_some("not even 10 000 times the body is proved for these hands and worlds"),
+            "least_body_factor_reason": least_body.is_none().then_some("no factor on m and b from 0.01 to 1000 is proved for these hands and worlds"),
         });
         let worst = self.worst()?;
         let hand = match (verdict, &worst) {
             (_, Some(worst)) => worst.hand,
             (BoxVerdict::Unstable([_, _, mass, damping, stiffness, ..]), _) => HandImpedance {
-                mass_kg: mass - self.robot.tool_mass_kg(),
+                mass_kg: mass - self.around.robot.tool_mass_kg(),
                 damping_n_s_per_m: damping,
                 stiffness_n_per_m: stiffness,
             },
-            _ => self.hand([1, 0, 1]),
+            _ => self.around.hand([1, 0, 1]),
         };
         let walls = self.walls(&all, hand)?;
         let margins = worst.map_or_else(|| json!({}), |worst| self.margins(&worst));
         let points = self.points()?;
         let felt = self.felt()?;
-        let report = rows([self.asked.clone(), proof, limits, walls, margins, felt]);
-        let law = self.world.as_ref().map(|law| {
+        let report = rows([body, asked.clone(), proof, limits, walls, margins, felt]);
+        let law = self.around.world.as_ref().map(|law| {
             let gain = law
                 .of_wall(law.stiffness)
                 .map(|k| written("stiffness_n_per_m", k));
@@ -348,17 +185,25 @@ impl MovingDevice {
             drawn: Some(Drawn::Admittance {
                 points,
                 stable: self.map(hand)?,
+                bodies: Vec::new(),
             }),
         })
     }
 
     /// The springs that are stable in this hand, and those proved from free space on for all hands.
     fn walls(&self, all: &AdmittanceBox<'_>, hand: HandImpedance) -> Result<Value, Failure> {
-        let spring = Law::spring(1.0, self.robot.sample_time_s())?.operator;
-        let subject = self.in_hand(hand, Some(of_spring(&spring, 1.0)))?;
+        let spring = Law::spring(1.0, self.around.robot.sample_time_s())?.operator;
+        let subject = self
+            .around
+            .in_hand(self.body, hand, Some(of_spring(&spring, 1.0)))?;
         let stable = subject.stable_values(AdmittanceNumber::WorldStiffness, [0.0, STIFFEST]);
-        let free = AdmittanceBox::around(&self.in_hand(hand, Some(of_spring(&spring, 0.0)))?);
+        let free = AdmittanceBox::around(&self.around.in_hand(
+            self.body,
+            hand,
+            Some(of_spring(&spring, 0.0)),
+        )?);
         let proved = self
+            .around
             .with_hands(free)?
             .largest(AdmittanceNumber::WorldStiffness, STIFFEST);
         let proved = proved.map_err(analysed)?;
@@ -386,7 +231,7 @@ impl MovingDevice {
     }
 
     fn margins(&self, worst: &Corner) -> Value {
-        let t = self.robot.sample_time_s();
+        let t = self.around.robot.sample_time_s();
         let margins = &worst.margins;
         let hand = worst.hand;
         json!({
@@ -404,10 +249,12 @@ impl MovingDevice {
         })
     }
 
-    /// What the hand feels of body and world, and its price.
+    /// Impedance at the hand: its price, its errors, its passivity.
     fn felt(&self) -> Result<Value, Failure> {
-        let t = self.robot.sample_time_s();
-        let free = self.in_hand(self.hand([0; 3]), None)?;
+        let t = self.around.robot.sample_time_s();
+        let free = self
+            .around
+            .in_hand(self.body, self.around.hand([0; 3]), None)?;
         let off = |hz: f64| -> Result<Option<f64>, Failure> {
             if hz > 0.5 / t {
                 return Ok(None);
@@ -443,10 +290,15 @@ impl MovingDevice {
     }
 
     fn points(&self) -> Result<Vec<AdmittancePoint>, Failure> {
-        let free = self.in_hand(self.hand([0; 3]), None)?;
-        let contact = match self.world() {
+        let free = self
+            .around
+            .in_hand(self.body, self.around.hand([0; 3]), None)?;
+        let contact = match self.around.world() {
             None => None,
-            world => Some(self.in_hand(self.hand([0; 3]), world)?),
+            world => Some(
+                self.around
+                    .in_hand(self.body, self.around.hand([0; 3]), world)?,
+            ),
         };
         let at = |hz: &f64| {
             let felt = |subject: &AdmittanceLoop<'_>| -> Result<[Complex<f64>; 2], Failure> {
@@ -471,25 +323,31 @@ impl MovingDevice {
 
     /// Stiffnesses of a hand that are stable, spring by spring, and those that are asked for.
     fn map(&self, hand: HandImpedance) -> Result<StableHands, Failure> {
-        let spring = Law::spring(1.0, self.robot.sample_time_s())?.operator;
+        let spring = Law::spring(1.0, self.around.robot.sample_time_s())?.operator;
         let springs = logarithmic(SOFTEST, STIFFEST, WALLS).map(|spring_n_per_m| {
-            let subject = self.in_hand(hand, Some(of_spring(&spring, spring_n_per_m)))?;
+            let subject =
+                self.around
+                    .in_hand(self.body, hand, Some(of_spring(&spring, spring_n_per_m)))?;
             let hands = subject.stable_values(AdmittanceNumber::HandStiffness, [0.0, STIFFEST]);
             Ok((spring_n_per_m, hands))
         });
-        let law = self.world.as_ref().filter(|law| law.dissipation.is_none());
+        let law = self
+            .around
+            .world
+            .as_ref()
+            .filter(|law| law.dissipation.is_none());
         Ok(StableHands {
             mass_kg: hand.mass_kg,
             damping_n_s_per_m: hand.damping_n_s_per_m,
             springs: springs.collect::<Result<_, Failure>>()?,
-            hands_n_per_m: self.hands[2],
+            hands_n_per_m: self.around.hands[2],
             spring_n_per_m: law.and_then(|law| law.stiffness),
         })
     }
 }
 
-const fn of_spring(operator: &LoopOperator, stiffness_n_per_m: f64) -> VirtualWorld<'_> {
-    VirtualWorld {
+const fn of_spring(operator: &LoopOperator, stiffness_n_per_m: f64) -> AdmittanceWorld<'_> {
+    AdmittanceWorld {
         stiffness_n_per_m,
         dissipation_n_s_mu_per_m: 0.0,
         operator,

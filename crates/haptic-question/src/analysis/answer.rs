@@ -38,6 +38,8 @@ pub enum Drawn {
         points: Vec<AdmittancePoint>,
         /// The stiffnesses of a hand that are stable.
         stable: StableHands,
+        /// The best body of each kind and order, if they were sought.
+        bodies: Vec<BodyPoint>,
     },
     /// Two hands over a line.
     Teleoperation {
@@ -122,6 +124,25 @@ pub struct AdmittancePoint {
     pub contact_degrees: Option<f64>,
     /// The impedance of body and world.
     pub contact_virtual_n_s_per_m: Option<f64>,
+}
+
+/// The body of least effort of an order.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct BodyPoint {
+    /// α; 1 of a lagged mass too.
+    pub body_order: f64,
+    /// Lag of a lagged mass.
+    pub body_lag_s: Option<f64>,
+    /// m.
+    pub body_inertance_n_s_mu_per_m: f64,
+    /// b.
+    pub body_damping_n_s_per_m: f64,
+    /// Effort of a hand in free space.
+    pub effort_n_s_per_m: f64,
+    /// Effort with equal weights.
+    pub flat_effort_n_s_per_m: f64,
+    /// Command at half the sample rate per newton of noise, m/s.
+    pub command_noise: f64,
 }
 
 /// The stiffnesses of a hand that are stable, over the spring of a wall.

@@ -46,6 +46,10 @@ parameters! {
     HAND_AMPLITUDE = number("hand_amplitude_m", 0.01, "10mm", REACHES_ABOVE_0, "Amplitude of the hand's motion");
     LEAST_FORCE = number("least_force_n", 0.02, "20mN", FORCES_ABOVE_0, "Least force that a hand feels");
     PLAYOUT_SAMPLES = count("playout", 2, "2", "Samples over which waves are played out");
+    /// Search for the best body.
+    BEST_BODY = flag("best", "Find the body of each order, and the lagged mass, that bears all hands and walls with the least effort");
+    /// Factor on the hands that the best body bears too.
+    HAND_MARGIN = number("hand_margin", 1.2, "1.2", Range::Within(1.0, 100.0), "Best body: factor by which the heaviest, stiffest hand that damps most may grow");
     /// Search for the best coupler.
     BEST = flag("best", "Find the best coupler of each order, or the best wave impedance");
 }
@@ -126,7 +130,10 @@ pub const DIFFERENCE: &[KeyTable] = &[
 ];
 /// Keys of a device that moves.
 pub const ADMITTANCE: &[KeyTable] = &[
-    ("Virtual body", BODY),
+    (
+        "Virtual body",
+        &joined::<7>(&[BODY, &[BEST_BODY, HAND_MARGIN]]),
+    ),
     ("Robot", &joined::<7>(&[ROBOT, &[ANALYSED_SAMPLE_TIME]])),
     ("Hands", PUSHING_HANDS),
     (

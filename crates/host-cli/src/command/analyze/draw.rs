@@ -4,17 +4,24 @@ use crate::picture::{Panel, linear, logarithmic as axis, page};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::written;
 use haptic_question::analysis::{
-    AdmittancePoint, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region, SensitivityPoint,
-    StableHands,
+    AdmittancePoint, BodyPoint, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region,
+    SensitivityPoint, StableHands,
 };
 
 /// The picture of an analysis.
 pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
     let (title, panels) = match drawn {
-        Drawn::Admittance { points, stable } => (
-            "A robot in the hand",
-            vec![moving(points), stable_hands(stable)],
-        ),
+        Drawn::Admittance {
+            points,
+            stable,
+            bodies,
+        } => {
+            let mut panels = vec![moving(points), stable_hands(stable)];
+            if !bodies.is_empty() {
+                panels.extend(best_bodies(bodies));
+            }
+            ("A robot in the hand", panels)
+        }
         Drawn::Felt(points) => felt(points),
         Drawn::Region(region) => {
             let title = match region.in_place {
@@ -103,6 +110,28 @@ fn moving(points: &[AdmittancePoint]) -> Panel<'static> {
             5,
             curve(|at| at.contact_n_s_per_m),
         )
+}
+
+/// Effort and noise of the best bodies over their order.
+fn best_bodies(bodies: &[BodyPoint]) -> [Panel<'static>; 2] {
+    let panel = |caption, y, value: fn(&BodyPoint) -> f64| {
+        let kind = |is_lagged: bool| {
+            let bodies = bodies.iter();
+            let bodies = bodies.filter(move |body| body.body_lag_s.is_some() == is_lagged);
+            bodies.map(move |body| (body.body_order, value(body)))
+        };
+        Panel::new(caption, linear("order α of the body"), axis(y))
+            .with("least effort of each order", Look::Line, 2, kind(false))
+            .with("lagged mass", Look::Markers, 3, kind(true))
+    };
+    [
+        panel("effort", "rms of |F/v| / N·s·m⁻¹", |body| {
+            body.effort_n_s_per_m
+        }),
+        panel("noise", "command / m·s⁻¹·N⁻¹", |body| {
+            body.command_noise
+        }),
+    ]
 }
 
 /// Least stiffness that is drawn, N/m.

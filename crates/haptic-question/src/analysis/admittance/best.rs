@@ -1,0 +1,263 @@
+//! The body of each order that bears all hands and worlds with the least effort.
+//! ```text
+//! for α in 0, 0.1 … 1.2, and the lagged mass:   the least of effort(m, b), every hand and world of the box proved
+//! effort² = Σ W(f)·|m·p(f) + b|²/|G·H|² grows with m   ⇒   for each b the least m that is proved, and the best b by golden sections
+//! ```
+//! - *Opponents* of a fractional body are a mass with a damper, and the lagged mass, which has three numbers too.
+//! - *Noise* is beside effort: what is light for the hand at low frequencies is light for the sensor's noise at high ones.
+//! - *Cost*: some 400 proofs an order.
+
+use crate::analysis::admittance::moving::{Around, Body};
+use crate::analysis::answer::{BodyPoint, HORIZON};
+use crate::bench::{for_each_order, minimum_of};
+use fracdiff::{Order, Scheme, Seconds};
+use haptic_analysis::{AdmittanceNumber, AdmittanceWorld, EffortWeight, LoopOperator};
+use haptic_document::{Failure, Rows, rows};
+use haptic_quantity::digits;
+use haptic_trial::advice::analysed;
+use serde_json::{Value, json};
+use std::cell::Cell;
+use std::sync::atomic::AtomicBool;
+
+/// Orders in tenths.
+const TENTHS: u32 = 12;
+/// Lags of a lagged mass, each twice the one before, and parts of such a step.
+const LAGS: u32 = 8;
+const FINER: i32 = 6;
+/// Dampings that are tried first, N·s/m, and sections of the best gap.
+const DAMPINGS: u32 = 19;
+const DAMPING_LEAST: f64 = 0.02;
+const DAMPING_MOST: f64 = 300.0;
+const SECTIONS: usize = 14;
+/// Shares of the world with which corners are looked at.
+const WORLDS: [f64; 6] = [0.0, 0.01, 0.03, 0.1, 0.3, 1.0];
+/// Inertances of an interval that are tried, from just inside of it on, and halvings between two of them.
+const STEPS: u32 = 12;
+const INSIDE: f64 = 1.0001;
+const HALVINGS: u32 = 10;
+const INERTANCE_LEAST: f64 = 1e-4;
+const INERTANCE_MOST: f64 = 1e4;
+
+/// The best bodies, by rising order, the lagged mass last.
+pub(super) struct Best {
+    bodies: Vec<(Body, BodyPoint)>,
+    /// Place of the one of least effort without a lag.
+    best: usize,
+}
+
+impl Best {
+    pub(super) const STEPS: u64 = (TENTHS + 1 + LAGS) as u64 + 2 * (FINER as u64 - 1);
+
+    pub(super) fn body(&self) -> &Body {
+        &self.bodies[self.best].0
+    }
+
+    pub(super) fn points(&self) -> Vec<BodyPoint> {
+        self.bodies.iter().map(|(_, point)| *point).collect()
+    }
+
+    /// The candidates, and what the order is worth.
+    pub(super) fn rows(&self) -> Rows {
+        let best = &self.bodies[self.best].1;
+        let points = self.bodies.iter().map(|(_, point)| point);
+        let lagged = points.clone().find(|point| point.body_lag_s.is_some());
+        let is_mass = |point: &&BodyPoint| {
+            point.body_lag_s.is_none() && (point.body_order - 1.0).abs() < 1e-9
+        };
+        let mass = points.clone().find(is_mass);
+        let against = |name: &str, other: Option<&BodyPoint>| {
+            let Some(other) = other else {
+                return format!("{name} does not bear these hands");
+            };
+            format!(
+                "{name} needs {} N·s/m with {} times the noise",
+                digits(other.effort_n_s_per_m, 3),
+                digits(other.command_noise / best.command_noise, 3)
+            )
+        };
+        let worth = format!(
+            "order {} needs {} N·s/m; {}; {}",
+            digits(best.body_order, 3),
+            digits(best.effort_n_s_per_m, 3),
+            against("a mass with a damper", mass),
+            against("a lagged mass", lagged)
+        );
+        rows([json!({
+            "worth_of_the_order": worth,
+            "candidates": points.map(|point| json!(point)).collect::<Vec<Value>>(),
+        })])
+    }
+}
+
+/// The best body of each order, and the best lagged mass.
+///
+/// # Errors
+/// No body that bears these hands; a search that was stopped.
+pub(super) fn bodies(
+    around: &Around,
+    progress: &(dyn Fn(u64) + Sync),
+    stop: &AtomicBool,
+) -> Result<Best, Failure> {
+    let t = around.robot.sample_time_s();
+    let each = |kinds: Vec<(f64, Option<f64>)>| {
+        let found = for_each_order(&kinds, stop, progress, |(order, lag_s)| {
+            let operator = match lag_s {
+                Some(lag_s) => LoopOperator::lagged_difference(lag_s / t),
+                None => {
+                    let order = Order::new(order).map_err(Failure::input)?;
+                    LoopOperator::new(Scheme::Exact, order, Seconds(t), HORIZON)
+                }
+            };
+            best_of(around, &operator.map_err(analysed)?, lag_s)
+        })?;
+        Ok::<Vec<_>, Failure>(found.into_iter().flatten().collect())
+    };
+    let effort = |(_, point): &(Body, BodyPoint)| point.effort_n_s_per_m;
+    let least = |bodies: Vec<(Body, BodyPoint)>| {
+        bodies
+            .into_iter()
+            .min_by(|a, b| effort(a).total_cmp(&effort(b)))
+    };
+    let orders = (0..=TENTHS).map(|tenth| (f64::from(tenth) / 10.0, None));
+    let mut bodies = each(orders.collect())?;
+    // Lags from a sample on, and finer ones around the best.
+    let lag = |lag_s: f64| (1.0, Some(lag_s));
+    let lags = (0..LAGS).map(|n| lag(t * libm::exp2(f64::from(n))));
+    let mut lagged = least(each(lags.collect())?);
+    if let Some(middle) = lagged.as_ref().and_then(|(body, _)| body.lag_s) {
+        let finer = (1..FINER).flat_map(|n| [n, -n]);
+        let finer = finer.map(|n| lag(middle * libm::exp2(f64::from(n) / f64::from(FINER))));
+        lagged = least(each(finer.collect())?.into_iter().chain(lagged).collect());
+    }
+    let best = bodies
+        .iter()
+        .enumerate()
+        .min_by(|a, b| effort(a.1).total_cmp(&effort(b.1)));
+    let Some(best) = best.map(|(index, _)| index) else {
+        return Err(Failure::run(
+            "no body bears all of these hands and worlds: ask for softer hands or walls, more damping of the hand, or a faster robot",
+        ));
+    };
+    bodies.extend(lagged);
+    Ok(Best { bodies, best })
+}
+
+/// The body of least effort with this operator; `None` if none of the dampings that are tried does.
+fn best_of(
+    around: &Around,
+    operator: &LoopOperator,
+    lag_s: Option<f64>,
+) -> Result<Option<(Body, BodyPoint)>, Failure> {
+    let body = |inertance: f64, damping: f64| Body {
+        inertance,
+        damping,
+        operator: operator.clone(),
+        lag_s,
+    };
+    let least = |damping: f64| least_inertance(around, &body(1.0, damping));
+    let effort = |damping: f64| {
+        let light = body(least(damping).ok()??, damping);
+        let free = around.in_hand(&light, around.hand([0; 3]), None).ok()?;
+        free.effort(EffortWeight::Hand).ok()
+    };
+    let ratio = libm::pow(DAMPING_MOST / DAMPING_LEAST, 1.0 / f64::from(DAMPINGS));
+    let dampings = (0..=DAMPINGS).map(|n| DAMPING_LEAST * libm::pow(ratio, f64::from(n)));
+    let tried = dampings.filter_map(|damping| Some((damping, effort(damping)?)));
+    let Some(middle) = tried.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return Ok(None);
+    };
+    // The best one often stands at the edge of what is proved, so the best that was seen is kept.
+    let best = Cell::new(middle);
+    minimum_of(
+        libm::log(middle.0 / ratio),
+        libm::log(middle.0 * ratio),
+        SECTIONS,
+        |logarithm| {
+            let damping = libm::exp(logarithm);
+            let found = effort(damping).unwrap_or(f64::INFINITY);
+            if found < best.get().1 {
+                best.set((damping, found));
+            }
+            Ok::<_, Failure>(found)
+        },
+    )?;
+    let damping = best.get().0;
+    let Some(inertance) = least(damping)? else {
+        return Ok(None);
+    };
+    let found = body(inertance, damping);
+    let free = around.in_hand(&found, around.hand([0; 3]), None)?;
+    let point = BodyPoint {
+        body_order: operator.order().get(),
+        body_lag_s: lag_s,
+        body_inertance_n_s_mu_per_m: inertance,
+        body_damping_n_s_per_m: damping,
+        effort_n_s_per_m: free.effort(EffortWeight::Hand).map_err(analysed)?,
+        flat_effort_n_s_per_m: free.effort(EffortWeight::Flat).map_err(analysed)?,
+        command_noise: free.command_noise(),
+    };
+    Ok(Some((found, point)))
+}
+
+/// The least inertance of this body that is proved. Those that are stable with a corner of the hands and a few worlds are intervals, often not up to
+/// the heaviest: a spring that acts late drives a heavy body. The proof for all hands and worlds begins at their common ones.
+fn least_inertance(around: &Around, body: &Body) -> Result<Option<f64>, Failure> {
+    let most = [INERTANCE_LEAST, INERTANCE_MOST];
+    let mut common = vec![most];
+    for share in WORLDS {
+        let world = around.world().map(|world| AdmittanceWorld {
+            stiffness_n_per_m: share * world.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: share * world.dissipation_n_s_mu_per_m,
+            ..world
+        });
+        if world.is_none() && share > 0.0 {
+            break;
+        }
+        for which in 0..8_usize {
+            let ends = [0, 1, 2].map(|number| which >> number & 1);
+            let is_twin = (0..3).any(|n| ends[n] == 1 && around.hands[n][0] >= around.hands[n][1]);
+            if is_twin || common.is_empty() {
+                continue;
+            }
+            let subject = around.in_hand(body, around.hand(ends), world)?;
+            let stable = subject.stable_values(AdmittanceNumber::Inertance, most);
+            common = both(&common, &stable);
+        }
+    }
+    let holds = |inertance: f64| {
+        let body = Body {
+            inertance,
+            ..body.clone()
+        };
+        around.all(&body).is_ok_and(|all| all.is_proved())
+    };
+    for [low, high] in common {
+        let at =
+            |step: u32| low * INSIDE * libm::pow(high / low, f64::from(step) / f64::from(STEPS));
+        let Some(first) = (0..STEPS).find(|step| holds(at(*step))) else {
+            continue;
+        };
+        if first == 0 {
+            return Ok(Some(at(0)));
+        }
+        let (mut below, mut above) = (at(first - 1), at(first));
+        for _ in 0..HALVINGS {
+            let middle = libm::sqrt(below * above);
+            *(if holds(middle) {
+                &mut above
+            } else {
+                &mut below
+            }) = middle;
+        }
+        return Ok(Some(above));
+    }
+    Ok(None)
+}
+
+/// Intervals that two lists of rising ones share.
+fn both(one: &[[f64; 2]], other: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let pairs = one
+        .iter()
+        .flat_map(|a| other.iter().map(move |b| [a[0].max(b[0]), a[1].min(b[1])]));
+    pairs.filter(|[low, high]| low < high).collect()
+}

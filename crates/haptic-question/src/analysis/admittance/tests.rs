@@ -1,0 +1,165 @@
+//! A robot that moves, asked as a person asks.
+
+use crate::analysis::{ADMITTANCE, Analysed, Analysis};
+use haptic_document::{Document, Failure};
+use haptic_trial::device_table::with_devices;
+use serde_json::Value;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+const ROBOT: &str =
+    "sample_time_s = 0.002\nbandwidth_hz = 10\ndead_time_s = 0.004\nforce_cutoff_hz = 30\n";
+const LIGHT: &str =
+    "body_order = 0.8\nbody_inertance_n_s_mu_per_m = 1.16\nbody_damping_n_s_per_m = 1\n";
+const HAND: &str = "hand_mass_kg = 1.5\nhand_damping_n_s_per_m = 20\n";
+
+fn ask(keys: &str) -> Result<Analysed, Failure> {
+    let text = format!("[analyze-admittance]\n{keys}");
+    let document = Document::of_text(Path::new("form"), &text);
+    let document = document.parse()?;
+    let (_, table, _) = document.one_of(&["analyze-admittance"], &[], "question", "one table")?;
+    let table = with_devices(table.with_keys(ADMITTANCE)?)?;
+    let read = |path: &Path| Ok(Document::of_text(path, ""));
+    let asked = Analysis::read("analyze-admittance", &table, read).expect("a kind");
+    asked?.answer(&|_| {}, &AtomicBool::new(false), &|_| {})
+}
+
+fn number(report: &Analysed, key: &str) -> f64 {
+    report
+        .report
+        .get(key)
+        .and_then(Value::as_f64)
+        .expect("a number")
+}
+
+#[test]
+fn a_body_that_is_stable_in_free_space_is_refused_for_a_soft_wall() {
+    let free = ask(&format!(
+        "{ROBOT}{LIGHT}{HAND}hand_stiffness_n_per_m = [0, 300]\n"
+    ))
+    .expect("an answer");
+    assert_eq!(free.verdict(), "stable");
+    // Theory 39: unstable for springs from 230 N/m to 10 kN/m in a hand of 300 N/m.
+    let soft = ask(&format!(
+        "{ROBOT}{LIGHT}{HAND}hand_stiffness_n_per_m = [0, 300]\nstiffness_n_per_m = 1000\n"
+    ));
+    let soft = soft.expect("an answer");
+    assert_eq!(soft.verdict(), "not stable");
+    let member = &soft.report["unstable_hand"];
+    assert!(
+        member["wall_stiffness_n_per_m"]
+            .as_f64()
+            .is_some_and(|k| (100.0..=1000.0).contains(&k)),
+        "{member}"
+    );
+    assert!(number(&soft, "largest_spring_n_per_m") < 132.0);
+}
+
+#[test]
+fn a_box_of_hands_has_its_largest_stiffness() {
+    let keys = "body_order = 0.7\nbody_inertance_n_s_mu_per_m = 4\nbody_damping_n_s_per_m = 0.5\nhand_mass_kg = [0.5, 3]\nhand_damping_n_s_per_m = [5, 60]\n";
+    let found = ask(&format!("{ROBOT}{keys}")).expect("an answer");
+    assert_eq!(found.verdict(), "stable");
+    let most = number(&found, "largest_hand_stiffness_n_per_m");
+    assert!((most / 599.057 - 1.0).abs() < 1e-5, "{most}");
+    // A body that is lighter than the least one is not proved.
+    let least = number(&found, "least_body_factor");
+    for (factor, verdict) in [(1.0, "stable"), (0.999, "not stable")] {
+        let scaled = keys
+            .replace("= 4", &format!("= {}", 4.0 * factor * least))
+            .replace("= 0.5\nh", &format!("= {}\nh", 0.5 * factor * least));
+        let found = ask(&format!("{ROBOT}{scaled}")).expect("an answer");
+        assert_eq!(found.verdict(), verdict, "{factor} of {least}");
+    }
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn the_best_bodies_need_what_theory_says() {
+    // Hands of 1.5 kg and 20 N·s/m in free space: mass and damper, fractional, lagged mass, N·s/m.
+    for (stiffness, mass, fractional, lagged) in
+        [(2000.0, 5.56, 4.30, 2.63), (4000.0, 21.98, 10.4, 5.3)]
+    {
+        let keys = format!(
+            "{ROBOT}{HAND}hand_stiffness_n_per_m = [0, {stiffness}]\nbest = true\nhand_margin = 1\n"
+        );
+        let found = ask(&keys).expect("an answer");
+        assert_eq!(found.verdict(), "stable");
+        let candidates = found.report["candidates"].as_array().expect("bodies");
+        let effort = |is_kind: &dyn Fn(f64, bool) -> bool| {
+            let of_kind = candidates.iter().filter(|body| {
+                is_kind(
+                    body["body_order"].as_f64().unwrap_or(-1.0),
+                    body["body_lag_s"].is_number(),
+                )
+            });
+            of_kind
+                .filter_map(|body| body["effort_n_s_per_m"].as_f64())
+                .fold(f64::INFINITY, f64::min)
+        };
+        let is = |order: f64, of: f64| (order - of).abs() < 1e-9;
+        for (have, want) in [
+            (effort(&|order, lagged| is(order, 1.0) && !lagged), mass),
+            (
+                effort(&|order, lagged| !is(order, 1.0) && !lagged),
+                fractional,
+            ),
+            (effort(&|_, lagged| lagged), lagged),
+        ] {
+            assert!(
+                (have / want - 1.0).abs() < 0.03,
+                "{stiffness}: {have} for {want}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_no_robot_is_refused_in_a_line() {
+    for (keys, words) in [
+        ("bandwidth_hz = 10", "missing key `sample_time_s`"),
+        ("sample_time_s = 0.002", "missing key `bandwidth_hz`"),
+        (
+            "sample_time_s = 0.002\nbandwidth_hz = 10",
+            "missing key `dead_time_s`",
+        ),
+        (
+            "sample_time_s = 0.002\nbandwidth_hz = 10\ndead_time_s = 0.004",
+            "missing key `body_inertance_n_s_mu_per_m`",
+        ),
+        (
+            "sample_time_s = 0.002\nbandwidth_hz = 10\ndead_time_s = 0.004\nbody_inertance_n_s_mu_per_m = 0",
+            "a body of nothing moves without end",
+        ),
+        (
+            "sample_time_s = 0.002\nbandwidth_hz = 10\ndead_time_s = 0.004\nbody_inertance_n_s_mu_per_m = 1\nbody_lag_s = 0.01\nbody_order = 0.5",
+            "a lagged mass has order 1",
+        ),
+        (
+            "sample_time_s = 0.002\nbandwidth_hz = 10\ndead_time_s = 0.004\nbody_inertance_n_s_mu_per_m = 1\nhand_mass_kg = [3, 1]",
+            "the least and the largest",
+        ),
+        (
+            "sample_time_s = 0.002\nbandwidth_hz = 10\ndead_time_s = 0.004\nbest = true\nbody_order = 0.5",
+            "which looks for it",
+        ),
+        (
+            "sample_time_s = 0.002\nbandwidth_hz = 10\ndead_time_s = 0.004\nforce_lags = 1",
+            "no effect without",
+        ),
+        (
+            "sample_time_s = 0.002\nbandwidth_hz = 10\ndead_time_s = 0.004\nbody_inertance_n_s_mu_per_m = 1\norder = 0.5",
+            "of the dissipation of a wall",
+        ),
+        (
+            "sample_time_s = 0.5\nbandwidth_hz = 10\ndead_time_s = 0.004",
+            "half the sample rate",
+        ),
+    ] {
+        let error = ask(keys).expect_err("refused").to_string();
+        assert!(
+            error.contains(words) && !error.contains('\n'),
+            "{keys}: {error}"
+        );
+    }
+}
