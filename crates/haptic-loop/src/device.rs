@@ -41,6 +41,18 @@ pub trait Device<F: Real, const D: usize> {
         // One that cannot even be written to has to let go by its own watchdog.
         let _ = self.write(SafeForce::zero());
     }
+
+    /// Comes to rest from the next write on, and stays there: the loop has a fault or was stopped. *Default*: does nothing, as a
+    /// device that only obeys forces gets none. A device that [moves](Self::moves) brakes.
+    #[inline]
+    fn stop(&mut self) {}
+
+    /// True while the device moves under a command of its own, so that zero force is not zero motion: whoever ends the loop lets it
+    /// go. *Default*: false.
+    #[inline]
+    fn moves(&self) -> bool {
+        false
+    }
 }
 
 impl<F: Real, const D: usize, V: Device<F, D> + ?Sized> Device<F, D> for &mut V {
@@ -58,5 +70,15 @@ impl<F: Real, const D: usize, V: Device<F, D> + ?Sized> Device<F, D> for &mut V 
 
     fn let_go(&mut self) {
         (**self).let_go();
+    }
+
+    #[inline]
+    fn stop(&mut self) {
+        (**self).stop();
+    }
+
+    #[inline]
+    fn moves(&self) -> bool {
+        (**self).moves()
     }
 }

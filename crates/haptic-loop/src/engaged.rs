@@ -21,7 +21,8 @@ use nalgebra::SVector;
 ///   force until [`Controller::clear`].
 /// - *Fault* of the chain: in the [`LoopSample`]; the force falls to zero within [`SafetyLimits::stop_time`](crate::SafetyLimits::stop_time) while it
 ///   is ticked.
-/// - *Dropped* before the force is zero, by an early return or a panic that unwinds, it lets go: a force that nobody ticks any more
+/// - *Device that moves*: a fault or stop of the chain [stops](Device::stop) it too, as zero force is not zero motion.
+/// - *Dropped* before the force is zero, or while the device [moves](Device::moves), by an early return or a panic that unwinds, it lets go: a force that nobody ticks any more
 ///   would hold for ever, and nothing is left that could bring it down in steps.
 /// - *In an interrupt* it owns both, [`Controller::into_engaged`]. A panic there does not unwind: the panic handler has to take the
 ///   force away by the registers, as each image in `firmware` does.
@@ -183,6 +184,9 @@ where
     ) -> Result<LoopSample<F, D>, V::Error> {
         let controller = self.controller.borrow_mut();
         let (sample, input) = controller.force(reading, commanded);
+        if controller.safety().is_released() {
+            self.device.stop();
+        }
         let written = self.device.write(sample.force);
         if commanded.is_none() {
             controller.advance(&input, &sample);
@@ -237,7 +241,7 @@ where
 {
     fn drop(&mut self) {
         let controller = self.controller.borrow_mut();
-        if !controller.safety().is_at_rest() {
+        if !controller.safety().is_at_rest() || self.device.moves() {
             self.device.let_go();
             controller.let_go();
         }

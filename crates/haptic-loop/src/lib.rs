@@ -16,6 +16,7 @@ mod environment;
 mod error;
 mod guard;
 mod loading;
+mod motion;
 mod own_push;
 #[cfg(feature = "plants")]
 pub mod plant;
@@ -41,6 +42,11 @@ pub use guard::{
     PassivityObserver,
 };
 pub use loading::{DepthMap, INCOMPRESSIBLE, Loading, LoadingKind, Modulus, Specimen};
+pub use motion::{
+    Admittance, AdmittanceError, AtRest, GuardRefused, LaggedRate, LaggedRateHistory, MotionChain,
+    MotionFault, MotionLimits, MotionReading, MotionStartRefused, MotionState, MovingDevice,
+    SafeMotion, StuckSensor, VirtualBody,
+};
 pub use own_push::{OwnPush, OwnPushHistory, Tap};
 pub use safety::{
     Fault, Limit, Limiters, SafeForce, SafetyChain, SafetyLimits, SafetyState, SpeedLimit,

@@ -24,6 +24,9 @@ units! {
     Newtons, "N", "A force, N.";
     NewtonsPerSecond, "N/s", "A rate of change of force, N/s.";
     MetresPerSecond, "m/s", "A velocity or speed, m/s.";
+    MetresPerSecondSquared, "m/s²", "An acceleration, m/s².";
+    MetresPerSecondCubed, "m/s³", "A rate of change of acceleration, m/s³.";
+    Joules, "J", "An energy, J.";
     Hertz, "Hz", "A frequency, Hz.";
     NewtonsPerMetre, "N/m", "A stiffness, N/m.";
     NewtonSecondsPerMetre, "N·s/m", "A viscous damping, N·s/m.";

@@ -334,7 +334,7 @@ const LENGTH: usize = MAX_DELAY_SAMPLES + 1;
 /// below.
 ///
 /// Refused unless 0 ≤ delay ≤ [`MAX_DELAY_SAMPLES`] sample times.
-fn whole_and_fraction(
+pub(super) fn whole_and_fraction(
     what: &'static str,
     delay: Seconds,
     sample_time: f64,

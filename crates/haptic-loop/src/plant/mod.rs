@@ -27,6 +27,7 @@ mod noise;
 mod pressed;
 mod profile;
 mod rig;
+mod robot;
 mod sensed;
 #[cfg(feature = "schemes")]
 mod trial;
@@ -43,6 +44,10 @@ pub use mass_matrix::MassMatrix;
 pub use pressed::{PressedDevice, PressedSpecimen, SpecimenMatter};
 pub use profile::{ImposedMotion, RampHold};
 pub use rig::{IndentationRig, RigConfig, RigContact, RigDrive, RigServo, SUB_STEPS};
+pub use robot::{
+    LOOP_STATES, RobotHand, RobotLoop, SENSOR_LAGS, SensorTrouble, SimulatedRobot,
+    SimulatedRobotConfig,
+};
 pub use sensed::Sensed;
 #[cfg(feature = "schemes")]
 pub use trial::run_wall;

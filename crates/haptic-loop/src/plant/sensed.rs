@@ -109,4 +109,12 @@ impl<F: Real, const D: usize, V: Device<F, D>> Device<F, D> for Sensed<V> {
     fn let_go(&mut self) {
         self.device.let_go();
     }
+
+    fn stop(&mut self) {
+        self.device.stop();
+    }
+
+    fn moves(&self) -> bool {
+        self.device.moves()
+    }
 }

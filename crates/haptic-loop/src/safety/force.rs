@@ -80,7 +80,7 @@ impl Limiters {
         self.0 & other.0 == other.0
     }
 
-    pub(super) fn insert(&mut self, other: Self) {
+    pub(crate) fn insert(&mut self, other: Self) {
         self.0 |= other.0;
     }
 }

@@ -29,7 +29,7 @@ use crate::guard::{GuardLaw, GuardState};
 use crate::units::{Newtons, NewtonsPerSecond, Seconds};
 use clamps::{Clamps, Release, Released};
 use fracdiff::Real;
-use motion::{Motion, MotionLimits};
+use motion::{Motion, MotionWatch};
 use nalgebra::SVector;
 
 /// The chain's immutable part.
@@ -59,7 +59,7 @@ pub struct SafetyChain<F> {
     /// Share of the force that is added in a sample after the start.
     rise: Option<F>,
     /// If anything here depends on the position.
-    motion: Option<MotionLimits<F>>,
+    motion: Option<MotionWatch<F>>,
     guard: Option<GuardLaw<F>>,
     release: Release<F>,
 }
@@ -119,7 +119,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.stopping = true;
     }
 
-    const fn is_released(&self) -> bool {
+    pub(crate) const fn is_released(&self) -> bool {
         self.fault.is_some() || self.stopping
     }
 
@@ -226,7 +226,7 @@ impl<F: Real> SafetyChain<F> {
             clamps,
             start_force,
             rise,
-            motion: follows.then(|| MotionLimits::new(limits, sample_time, checks)),
+            motion: follows.then(|| MotionWatch::new(limits, sample_time, checks)),
             release: Release::new(limits, sample_time, checks),
             guard: guard.map(|guard| GuardLaw::new(guard, sample_time, checks)),
         }
@@ -261,7 +261,7 @@ impl<F: Real> SafetyChain<F> {
         state: &SafetyState<F, D>,
         position_m: &SVector<F, D>,
     ) -> Result<(), Fault> {
-        let strays = |limits: &MotionLimits<F>| limits.strays(&state.motion, position_m);
+        let strays = |limits: &MotionWatch<F>| limits.strays(&state.motion, position_m);
         self.motion.as_ref().map_or(Ok(()), strays)
     }
 

@@ -8,7 +8,7 @@ use fracdiff::{Real, Seconds};
 use nalgebra::SVector;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct MotionLimits<F> {
+pub(super) struct MotionWatch<F> {
     /// 1/T.
     rate: F,
     /// 1 − e^(−ωT), ω the bandwidth.
@@ -172,7 +172,7 @@ impl<F: Real, const D: usize> Motion<F, D> {
     }
 }
 
-impl<F: Real> MotionLimits<F> {
+impl<F: Real> MotionWatch<F> {
     pub(super) fn new(limits: &SafetyLimits, sample_time: f64, checks: &mut Checks) -> Self {
         let bandwidth = checks.positive("velocity bandwidth", limits.velocity_bandwidth.0, "Hz");
         let braking = limits.braking.map_or(F::ZERO, |braking| {

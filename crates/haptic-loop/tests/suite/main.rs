@@ -10,6 +10,7 @@ mod guard;
 mod held_rig;
 mod lets_go;
 mod loading;
+mod motion;
 mod plant_parameters;
 mod plants;
 mod release;

@@ -1,0 +1,70 @@
+//! Devices that move: the virtual body, the motion chain, the simulated robot, and all of them in a hand.
+
+mod body;
+mod borders;
+mod chain;
+mod hostile;
+mod loops;
+mod robot;
+
+use fracdiff::{Operator, Real, Scheme, Seconds};
+use haptic_loop::plant::{RobotHand, RobotLoop, SimulatedRobotConfig};
+use haptic_loop::units::{Hertz, Metres, MetresPerSecond, MetresPerSecondSquared, Newtons};
+use haptic_loop::{MotionChain, MotionLimits, MotionReading, MotionState};
+use nalgebra::SVector;
+
+/// Sample time of the robots here, s.
+const T: Seconds = Seconds(2e-3);
+
+/// 0.5 m/s, 10 m/s², 0.1 m to both sides, a sensor of 50 N.
+fn limits<const D: usize>() -> MotionLimits<D> {
+    let (speed, acceleration) = (MetresPerSecond(0.5), MetresPerSecondSquared(10.0));
+    let ends = [[Metres(-0.1); D], [Metres(0.1); D]];
+    MotionLimits::of(speed, acceleration, ends[0], ends[1], Newtons(50.0))
+}
+
+/// The robot of theory: 10 Hz with ζ 0.8, two samples of dead time, a sensor with two lags of 30 Hz.
+fn robot(hand: RobotHand) -> SimulatedRobotConfig {
+    let motion = RobotLoop::second_order(Hertz(10.0), 0.8).expect("in range");
+    SimulatedRobotConfig {
+        dead_time: Seconds(2.0 * T.0),
+        sensor_lags: 2,
+        ..SimulatedRobotConfig::of(T, motion, hand)
+    }
+}
+
+/// Grünwald's operator with its whole past, each weight right to this share.
+fn full<F: Real>(alpha: f64, sample_time: Seconds, share: f64) -> Operator<F> {
+    let scheme: Scheme = format!("full:{share:e}").parse().expect("a scheme");
+    let operator = scheme.build(testkit::operator::order(alpha), sample_time, 1e5);
+    operator.expect("in range")
+}
+
+fn reading<F: Real, const D: usize>(
+    tick: u64,
+    position_m: SVector<F, D>,
+    sensed_force_n: SVector<F, D>,
+) -> MotionReading<F, D> {
+    MotionReading {
+        tick,
+        time_s: tick as f64 * T.0,
+        position_m,
+        sensed_force_n,
+        force_age_s: F::ZERO,
+    }
+}
+
+/// A chain with these limits, armed where the robot stands.
+fn armed<F: Real, const D: usize>(
+    limits: &MotionLimits<D>,
+    position_m: SVector<F, D>,
+) -> (MotionChain<F, D>, MotionState<F, D>) {
+    let chain = MotionChain::new(limits, T).expect("in range");
+    let mut state = MotionState::default();
+    let resting = reading(0, position_m, SVector::from([F::ZERO; D]));
+    for _ in 0..100 {
+        chain.rest(&mut state, &resting);
+    }
+    chain.arm(&mut state, &resting).expect("may be armed");
+    (chain, state)
+}

@@ -1,0 +1,464 @@
+//! The motion chain: each limit for one, two and three axes, each fault, and arming.
+
+use super::{T, armed, limits, reading};
+use fracdiff::{Real, Seconds};
+use haptic_loop::units::{
+    Joules, Metres, MetresPerSecond, MetresPerSecondCubed, MetresPerSecondSquared, Newtons,
+};
+use haptic_loop::{
+    Limiters, MotionChain, MotionFault, MotionLimits, MotionState, SafeMotion, StuckSensor,
+};
+use nalgebra::{SVector, vector};
+use testkit::{Random, assert_close, assert_refused, assert_says};
+
+/// A tick almost without a force at this wanted velocity, m/s, on a robot that follows at once.
+fn tick<F: Real, const D: usize>(
+    chain: &MotionChain<F, D>,
+    state: &mut MotionState<F, D>,
+    tick: u64,
+    wanted: SVector<F, D>,
+) -> (SVector<F, D>, Limiters) {
+    let here = *state.position_m();
+    let noise = F::from_f64(1e-3 * (tick % 2) as f64);
+    chain.sense(state, &reading(tick, here, SVector::from([noise; D])));
+    let (motion, limiters) = chain.apply(state, &wanted);
+    (*motion.metres_per_second(), limiters)
+}
+
+/// Wild wishes: every limit holds in every tick, and from every tick the way to rest ends inside.
+fn keeps_each_limit<F: Real, const D: usize>(limits: &MotionLimits<D>, digits: f64) {
+    let (chain, state) = armed::<F, D>(limits, SVector::from([F::ZERO; D]));
+    let mut state = state;
+    let mut random = Random(7 + D as u64);
+    let (speed, norm) = (limits.speed.0, limits.speed_norm.map_or(1e9, |norm| norm.0));
+    let step = limits.acceleration.0 * T.0;
+    let whole_step = limits.acceleration_norm.map_or(1e9, |norm| norm.0 * T.0);
+    let mut wanted = SVector::from([F::ZERO; D]);
+    let mut last = SVector::<f64, D>::zeros();
+    let mut farthest: f64 = 0.0;
+    for n in 0..20_000 {
+        if random.chance(0.02) {
+            wanted = SVector::from_fn(|_, _| {
+                let size = random.log_between(1e-3, 1e30);
+                F::from_f64(if random.chance(0.5) { size } else { -size })
+            });
+        }
+        let (v, _) = tick(&chain, &mut state, n, wanted);
+        let v = v.map(F::to_f64);
+        let change = v - last;
+        assert!(v.amax() <= speed && v.norm() <= norm, "{n}: {v}");
+        assert!(change.amax() <= step + digits * speed, "{n}: {change}");
+        assert!(
+            change.norm() <= whole_step + 2.0 * digits * speed,
+            "{n}: {change}"
+        );
+        last = v;
+        // A stop now.
+        let mut stopping = state;
+        stopping.stop();
+        for later in 0..60 {
+            for (axis, x) in stopping.position_m().iter().enumerate() {
+                let x = x.to_f64();
+                farthest = farthest.max(x.abs());
+                assert!(
+                    x >= limits.low[axis].0 && x <= limits.high[axis].0,
+                    "{n}, {later}: {x}"
+                );
+            }
+            let before = stopping.velocity_m_per_s().map(F::to_f64);
+            let (v, _) = tick(&chain, &mut stopping, n + 1 + later, wanted);
+            let v = v.map(F::to_f64);
+            for axis in 0..D {
+                assert!(v[axis].abs() <= before[axis].abs() && v[axis] * before[axis] >= 0.0);
+            }
+            if n % 100 != 0 && stopping.is_at_rest() {
+                break;
+            }
+        }
+        assert!(stopping.is_at_rest(), "{n}");
+    }
+    // The workspace is used, too.
+    assert!(farthest > 0.999 * limits.high[0].0, "{farthest}");
+}
+
+#[test]
+fn speed_acceleration_and_workspace_hold_on_each_axis_and_by_norm() {
+    fn all<F: Real, const D: usize>(digits: f64) {
+        let plain = limits::<D>();
+        let whole = MotionLimits {
+            speed_norm: Some(MetresPerSecond(0.6)),
+            acceleration_norm: Some(MetresPerSecondSquared(10.0)),
+            ..plain
+        };
+        let soft = MotionLimits {
+            jerk: Some(MetresPerSecondCubed(400.0)),
+            ..plain
+        };
+        for limits in [plain, whole, soft] {
+            keeps_each_limit::<F, D>(&limits, digits);
+        }
+    }
+    all::<f64, 1>(2e-16);
+    all::<f64, 2>(2e-16);
+    all::<f64, 3>(2e-16);
+    all::<f32, 1>(1e-7);
+    all::<f32, 3>(1e-7);
+}
+
+#[test]
+fn what_is_within_the_limits_is_commanded_to_the_bit() {
+    let (chain, mut state) = armed::<f64, 2>(&limits(), vector![0.01, 0.0]);
+    let mut x = vector![0.01, 0.0];
+    for n in 0..200 {
+        let wanted = vector![0.01 * libm::sin(0.05 * n as f64), 1e-3];
+        let (v, limiters) = tick(&chain, &mut state, n, wanted);
+        assert_eq!((v, limiters), (wanted, Limiters::NONE));
+        x += v * T.0;
+    }
+    assert!((state.position_m() - x).amax() < 1e-15);
+}
+
+#[test]
+fn a_direction_stays_and_a_command_slides_along_an_end() {
+    let (chain, mut state) = armed::<f64, 2>(&limits(), vector![0.0, 0.0]);
+    let (v, limiters) = tick(&chain, &mut state, 0, vector![3.0, 4.0]);
+    assert_close("direction", v[0] / v[1], 0.75, 1e-12);
+    assert_eq!(
+        limiters.bits(),
+        Limiters::MAGNITUDE.bits() | Limiters::RATE.bits()
+    );
+    for n in 1..400 {
+        tick(&chain, &mut state, n, vector![0.4, 0.01]);
+    }
+    // It came to the end, and goes on beside it.
+    let (v, limiters) = tick(&chain, &mut state, 400, vector![0.4, 0.01]);
+    assert!(limiters.contains(Limiters::WORKSPACE));
+    assert_close("along", v[1], 0.01, 1e-12);
+    assert_close("end", state.position_m()[0], 0.1, 1e-5);
+}
+
+#[test]
+fn jerk_is_limited_where_no_other_limit_needs_more_and_does_not_overshoot() {
+    let wide = MotionLimits {
+        jerk: Some(MetresPerSecondCubed(100.0)),
+        low: [Metres(-10.0)],
+        high: [Metres(10.0)],
+        ..limits()
+    };
+    let (chain, mut state) = armed::<f64, 1>(&wide, vector![0.0]);
+    let (mut last, mut change) = (0.0, 0.0);
+    for n in 0..500 {
+        let wanted = if n < 250 { 0.3 } else { -0.2 };
+        let v = tick(&chain, &mut state, n, vector![wanted]).0[0];
+        assert!(
+            ((v - last) - change).abs() <= 100.0 * T.0 * T.0 + 1e-15,
+            "{n}"
+        );
+        (last, change) = (v, v - last);
+        assert!((-0.2 - 1e-12..=0.3 + 1e-12).contains(&v), "{n}: {v}");
+        if n == 249 {
+            assert_close("reached", v, 0.3, 1e-12);
+        }
+    }
+    assert_close("reached", last, -0.2, 1e-12);
+}
+
+#[test]
+fn missed_ticks_move_the_command_on_and_too_many_are_a_fault() {
+    let (chain, mut state) = armed::<f64, 1>(&limits(), vector![0.0]);
+    tick(&chain, &mut state, 0, vector![0.01]);
+    tick(&chain, &mut state, 4, vector![0.01]);
+    assert_close("x", state.position_m()[0], 5.0 * 0.01 * T.0, 1e-15);
+    assert_eq!(state.fault(), None);
+    // 11 of 2 ms are more than 20 ms.
+    tick(&chain, &mut state, 16, vector![0.01]);
+    assert_eq!(state.fault(), Some(MotionFault::StaleForce));
+}
+
+/// Ticks of an armed robot of D axes at this reading's force and place along an axis, until a fault.
+fn faults<const D: usize>(
+    limits: &MotionLimits<D>,
+    axis: usize,
+    wanted: f64,
+    show: impl Fn(u64) -> [f64; 3],
+) -> Option<(u64, MotionFault)> {
+    let along =
+        |value: f64, others: f64| SVector::from_fn(|at, _| if at == axis { value } else { others });
+    let (chain, mut state) = armed::<f64, D>(limits, SVector::zeros());
+    for n in 0..1000 {
+        let [force, ahead, age] = show(n);
+        let others = 1e-3 * (n % 3) as f64;
+        let mut reading = reading(
+            n,
+            along(state.position_m()[axis] + ahead, 0.0),
+            along(force, others),
+        );
+        reading.force_age_s = age;
+        let speed = state.velocity_m_per_s().norm();
+        let sensed = chain.sense(&mut state, &reading);
+        chain.apply(&mut state, &along(wanted, 0.0));
+        if let Some(fault) = state.fault() {
+            assert!(state.velocity_m_per_s().norm() <= speed);
+            let from_sense = fault != MotionFault::HandEnergy;
+            assert!(
+                !from_sense || sensed == SVector::<f64, D>::zeros(),
+                "no force of a faulty sensor"
+            );
+            for later in 0..30 {
+                tick(&chain, &mut state, n + 1 + later, along(wanted, wanted));
+            }
+            assert!(state.is_at_rest(), "held");
+            return Some((n, fault));
+        }
+    }
+    None
+}
+
+#[test]
+fn each_fault_is_found_on_each_axis_and_held() {
+    fn all<const D: usize>(axis: usize) {
+        let plain = limits::<D>();
+        for sign in [1.0, -1.0] {
+            let found = |wanted: f64, show: &dyn Fn(u64) -> [f64; 3]| {
+                faults(&plain, axis, sign * wanted, |n| {
+                    let [force, ahead, age] = show(n);
+                    [sign * force, sign * ahead, age]
+                })
+            };
+            let changing = |n: u64| 1e-3 * (n % 2) as f64;
+            let at_20 = |value: f64| {
+                move |n: u64| {
+                    let value = if n < 20 { 0.0 } else { value };
+                    [value + changing(n), 0.0, 0.0]
+                }
+            };
+            let fault = |fault| Some((20, fault));
+            for none in [f64::NAN, f64::INFINITY] {
+                assert_eq!(found(0.02, &at_20(none)), fault(MotionFault::NotFinite));
+                assert_eq!(
+                    found(0.02, &|n| [
+                        changing(n),
+                        if n < 20 { 0.0 } else { none },
+                        0.0
+                    ]),
+                    fault(MotionFault::NotFinite)
+                );
+                assert_eq!(
+                    found(none, &|n| [changing(n), 0.0, 0.0]),
+                    Some((0, MotionFault::NotFinite))
+                );
+            }
+            assert_eq!(
+                found(0.02, &|n| [
+                    changing(n),
+                    0.0,
+                    if n < 20 { 0.0 } else { 0.021 }
+                ]),
+                fault(MotionFault::StaleForce)
+            );
+            assert_eq!(
+                found(0.02, &at_20(50.0)),
+                fault(MotionFault::SensorSaturated)
+            );
+            assert_eq!(found(0.02, &at_20(25.1)), fault(MotionFault::Force));
+            assert_eq!(found(0.02, &at_20(24.9)), None);
+            assert_eq!(
+                found(0.02, &|n| [
+                    changing(n),
+                    if n < 20 { 0.0199 } else { 0.0201 },
+                    0.0
+                ]),
+                fault(MotionFault::Following)
+            );
+            // Without a motion it may stand still; with one for 0.1 s and 5 mm not.
+            assert_eq!(found(0.0, &|_| [1.0, 0.0, 0.0]), None);
+            let stuck = found(0.04, &|_| [1.0, 0.0, 0.0]);
+            assert!(
+                matches!(stuck, Some((50..70, MotionFault::SensorStuck))),
+                "{stuck:?}"
+            );
+            let slow = found(0.004, &|_| [1.0, 0.0, 0.0]);
+            assert!(
+                matches!(slow, Some((620..640, MotionFault::SensorStuck))),
+                "{slow:?}"
+            );
+            // 10 N against 0.25 m/s for 0.8 s, though 3 J were paid before.
+            let short = MotionLimits {
+                low: [Metres(-9.0); D],
+                high: [Metres(9.0); D],
+                ..plain
+            };
+            let paid = |n: u64| [(if n < 300 { 10.0 } else { -10.0 }) + changing(n), 0.0, 0.0];
+            let given = faults(&short, axis, sign * 0.25, |n| [sign * paid(n)[0], 0.0, 0.0]);
+            let Some((at, MotionFault::HandEnergy)) = given else {
+                panic!("{given:?}")
+            };
+            assert_close("ticks", at as f64, 300.0 + 2.0 / (10.0 * 0.25 * T.0), 2.0);
+        }
+    }
+    all::<1>(0);
+    (0..2).for_each(all::<2>);
+    (0..3).for_each(all::<3>);
+}
+
+#[test]
+fn a_dead_band_takes_off_noise_without_a_jump_and_keeps_the_direction() {
+    let with_band = MotionLimits {
+        dead_band: Newtons(0.5),
+        ..limits()
+    };
+    let (chain, mut state) = armed::<f64, 2>(&with_band, vector![0.0, 0.0]);
+    for (n, force) in [0.1, 0.49, 0.5, 0.51, 5.5].into_iter().enumerate() {
+        let shown = vector![0.6, -0.8] * force;
+        let sensed = chain.sense(&mut state, &reading(n as u64, vector![0.0, 0.0], shown));
+        let left: f64 = if force > 0.5 { force - 0.5 } else { 0.0 };
+        assert!(
+            (sensed - vector![0.6, -0.8] * left).amax() < 1e-15,
+            "{force}: {sensed}"
+        );
+    }
+}
+
+#[test]
+fn a_robot_is_armed_only_at_rest_within_its_workspace_and_with_a_sensor_near_zero() {
+    let chain = MotionChain::<f64, 1>::new(&limits(), T).expect("in range");
+    let try_with = |shown: &dyn Fn(u32) -> f64, count: u32, x: f64| {
+        let mut state = MotionState::default();
+        for n in 0..count {
+            chain.rest(&mut state, &reading(0, vector![x], vector![shown(n)]));
+        }
+        chain
+            .arm(&mut state, &reading(0, vector![x], vector![shown(count)]))
+            .map(|at_rest| (at_rest, state))
+    };
+    let noisy = |n: u32| 1.5 + if n.is_multiple_of(2) { 0.25 } else { -0.25 };
+    let (at_rest, mut state) = try_with(&noisy, 100, 0.05).expect("may be armed");
+    assert_close("offset", at_rest.offset_n[0], 1.5, 1e-12);
+    assert_close("spread", at_rest.spread_n[0], 0.5, 1e-12);
+    // The offset is taken off, and the command begins where the robot stands.
+    let sensed = chain.sense(&mut state, &reading(1, vector![0.05], vector![4.0]));
+    assert_close("sensed", sensed[0], 2.5, 1e-12);
+    assert_eq!(*state.position_m(), vector![0.05]);
+    assert_refused(try_with(&noisy, 99, 0.0), "99 ticks of 100");
+    assert_refused(
+        try_with(&|_| 2.6, 100, 0.0),
+        "shows 2.6 N at rest, at most 2.5 N",
+    );
+    assert_refused(
+        try_with(&|n| if n == 7 { 3.0 } else { 0.0 }, 100, 0.0),
+        "differ by 3 N",
+    );
+    assert_refused(
+        try_with(&|n| if n == 50 { f64::NAN } else { 0.0 }, 100, 0.0),
+        "49 ticks of 100",
+    );
+    assert_refused(try_with(&|_| 0.0, 100, 0.11), "stands at 0.11 m on axis 0");
+    assert_refused(
+        try_with(&|n| if n < 100 { 0.0 } else { 60.0 }, 100, 0.0),
+        "the force sensor is saturated",
+    );
+    // Not while it moves; after a stop again, which forgets nothing else by itself.
+    tick(&chain, &mut state, 2, vector![0.1]);
+    assert_refused(
+        chain.arm(&mut state, &reading(3, vector![0.05], vector![1.5])),
+        "still moves",
+    );
+    state.stop();
+    for n in 3..200 {
+        tick(&chain, &mut state, n, vector![0.1]);
+        let here = reading(n, *state.position_m(), vector![1.5]);
+        chain.rest(&mut state, &here);
+    }
+    let here = reading(200, *state.position_m(), vector![1.5]);
+    chain.arm(&mut state, &here).expect("armed again");
+    assert!(state.is_driven());
+}
+
+#[test]
+fn a_state_that_was_never_armed_never_moves() {
+    let chain = MotionChain::<f32, 1>::new(&limits(), T).expect("in range");
+    let mut state = MotionState::default();
+    for n in 0..100 {
+        let sensed = chain.sense(&mut state, &reading(n, vector![0.0], vector![5.0]));
+        assert_eq!(sensed, vector![0.0]);
+        let (motion, _) = chain.apply(&mut state, &vector![0.3]);
+        assert_eq!(motion, SafeMotion::zero());
+    }
+}
+
+#[test]
+fn limits_without_sense_are_refused_by_name_value_and_remedy() {
+    type Change = fn(&mut MotionLimits<2>);
+    let changes: [(Change, &str); 14] = [
+        (
+            |it| it.speed = MetresPerSecond(0.0),
+            "speed limit 0 m/s is not above 0 m/s",
+        ),
+        (
+            |it| it.speed_norm = Some(MetresPerSecond(-1.0)),
+            "speed norm limit -1",
+        ),
+        (
+            |it| it.acceleration = MetresPerSecondSquared(0.0),
+            "acceleration limit 0",
+        ),
+        (
+            |it| it.acceleration = MetresPerSecondSquared(1e-14),
+            "raise it, or lower the speed limit",
+        ),
+        (
+            |it| it.acceleration_norm = Some(MetresPerSecondSquared(f64::NAN)),
+            "acceleration norm limit NaN",
+        ),
+        (
+            |it| it.jerk = Some(MetresPerSecondCubed(0.0)),
+            "jerk limit 0",
+        ),
+        (
+            |it| it.high[1] = Metres(-0.1),
+            "high end of the workspace -0.1 m is not above the low one",
+        ),
+        (
+            |it| it.sensor_range = Newtons(0.0),
+            "range of the force sensor 0",
+        ),
+        (|it| it.force = Newtons(51.0), "at most the sensor's range"),
+        (|it| it.following = Metres(0.0), "following error 0"),
+        (
+            |it| {
+                it.stuck = Some(StuckSensor {
+                    travel: Metres(1e-3),
+                    time: Seconds(20.0),
+                });
+            },
+            "stuck sensor 20",
+        ),
+        (|it| it.offset_share = 1.5, "offset at rest 1.5"),
+        (|it| it.rest_time = Seconds(0.0), "time at rest 0"),
+        (
+            |it| it.hand_energy = Some(Joules(0.0)),
+            "energy to the hand 0",
+        ),
+    ];
+    for (change, words) in changes {
+        let mut limits = limits::<2>();
+        change(&mut limits);
+        assert_refused(MotionChain::<f64, 2>::new(&limits, T), words);
+    }
+    assert_refused(
+        MotionChain::<f64, 2>::new(&limits(), Seconds(0.0)),
+        "sample time 0",
+    );
+    let slow = MotionLimits {
+        acceleration: MetresPerSecondSquared(1e-5),
+        ..limits::<1>()
+    };
+    assert!(MotionChain::<f64, 1>::new(&slow, T).is_ok());
+    assert_refused(MotionChain::<f32, 1>::new(&slow, T), "in this number type");
+    assert_eq!(limits::<1>().stop_time(T), Seconds(25.0 * T.0));
+    assert_says(&MotionFault::Following, "does not follow");
+    assert_eq!(
+        MotionFault::ALL.map(MotionFault::code),
+        [1, 2, 3, 4, 5, 6, 7, 8]
+    );
+}
