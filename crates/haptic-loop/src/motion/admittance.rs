@@ -3,7 +3,7 @@
 use super::body::VirtualBody;
 use super::chain::MotionChain;
 use super::state::{AtRest, MotionFault, MotionStartRefused, MotionState};
-use super::{MotionReading, MovingDevice, SafeMotion};
+use super::{MotionReading, MovingDevice};
 use crate::device::{Device, Reading};
 use crate::safety::{Limiters, SafeForce, SafetyChain};
 use core::fmt::Debug;
@@ -20,8 +20,8 @@ use thiserror::Error;
 /// - *Exact at the virtual port*: the law sees the command, not the robot; the hand feels the law through robot and sensor.
 /// - *Start-up*: at rest, and not armed: [`rest`](Self::rest) for a while, then [`arm`](Self::arm). Before that it reads, and writes no motion.
 /// - *Fault of motion*: the command comes to rest by the greatest deceleration while the device is ticked, which gives no error meanwhile; at
-///   rest, each `read` gives [`AdmittanceError::Stopped`], and the command stays zero until the robot is armed again. Whoever wants to know
-///   earlier looks at [`state`](Self::state).
+///   rest, each `read` gives [`AdmittanceError::Stopped`], whereupon the loop lets the robot go, and the command stays zero until the robot is
+///   armed again. Whoever wants to know earlier looks at [`state`](Self::state).
 /// - *Fault or stop of the loop*: [`Device::stop`] does the same, without an error.
 /// - *Error of the robot*: one that cannot be commanded has let go; one that cannot sense brakes, then gives its error.
 /// - *Cost* of a tick: that of body and chain beside the robot's own; no allocation, no panic.
@@ -139,8 +139,10 @@ where
     /// # Errors
     /// The robot's own; it has let go.
     pub fn rest(&mut self) -> Result<(), AdmittanceError<R::Error>> {
-        if let Some(reading) = self.take_reading() {
-            self.chain.rest(&mut self.state, &reading);
+        if self.take_reading()
+            && let Some(reading) = &self.last
+        {
+            self.chain.rest(&mut self.state, reading);
         }
         self.move_on(&SVector::from([F::ZERO; D]))
     }
@@ -195,21 +197,30 @@ where
         &mut self.robot
     }
 
-    /// A reading, and `f_m` with it; none of a robot that cannot sense, which is a fault and gives no force.
+    /// A reading, and `f_m` with it; false for a robot that cannot sense, which is a fault and gives no force.
     #[inline]
-    fn take_reading(&mut self) -> Option<MotionReading<F, D>> {
+    fn take_reading(&mut self) -> bool {
         match self.robot.sense() {
             Ok(reading) => {
-                self.sensed = self.chain.sense(&mut self.state, &reading);
-                self.last = Some(reading);
-                Some(reading)
+                let reading = self.last.insert(reading);
+                self.sensed = self.chain.sense(&mut self.state, reading);
+                true
             }
             Err(error) => {
-                self.state.trip(MotionFault::RobotFailed);
-                self.failed.get_or_insert(error);
-                self.sensed = SVector::from([F::ZERO; D]);
-                None
+                self.fail(error);
+                false
             }
+        }
+    }
+
+    #[inline(never)]
+    fn fail(&mut self, error: R::Error) {
+        self.state.trip(MotionFault::RobotFailed);
+        self.failed.get_or_insert(error);
+        self.sensed = SVector::from([F::ZERO; D]);
+        // Blind: the command does not need the sensors to come to rest.
+        if let Some(last) = &mut self.last {
+            last.tick += 1;
         }
     }
 
@@ -233,6 +244,7 @@ where
         Ok(())
     }
 
+    #[inline(never)]
     fn let_robot_go(&mut self) {
         self.state.let_go();
         self.robot.let_go();
@@ -249,24 +261,15 @@ where
 
     #[inline]
     fn read(&mut self) -> Result<Reading<F, D>, Self::Error> {
-        let reading = self.take_reading();
+        self.take_reading();
         if let Some(fault) = self.state.fault()
             && self.state.is_at_rest()
         {
-            // A robot that wants to be commanded in every tick is.
-            let _ = self.robot.command(SafeMotion::zero());
             let failed = self.failed.take().map(AdmittanceError::Robot);
             return Err(failed.unwrap_or(AdmittanceError::Stopped(fault)));
         }
-        let (tick, time_s) = match (reading, &mut self.last) {
-            (Some(reading), _) => (reading.tick, reading.time_s),
-            // Blind: the command does not need the sensors to come to rest.
-            (None, Some(last)) => {
-                last.tick += 1;
-                (last.tick, last.time_s)
-            }
-            (None, None) => (0, 0.0),
-        };
+        let last = self.last.as_ref();
+        let (tick, time_s) = last.map_or((0, 0.0), |last| (last.tick, last.time_s));
         Ok(Reading {
             tick,
             time_s,

@@ -97,9 +97,8 @@ impl<F: Real, O: Differintegrator<F>> VirtualBody<F, O> {
         history: &mut [O::History; D],
         velocity_m_per_s: &SVector<F, D>,
     ) {
-        for (history, &v) in history.iter_mut().zip(velocity_m_per_s) {
-            self.operator.advance(history, v);
-        }
+        let v = array::from_fn(|axis| velocity_m_per_s[axis]);
+        self.operator.advance_many(history.each_mut(), v);
     }
 }
 

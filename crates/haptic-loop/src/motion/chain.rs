@@ -13,11 +13,12 @@
 //!   else the axis brakes; so a way to rest that was inside stays inside, tick by tick.
 //! - *Rounding*: speed and ends hold exactly, the acceleration to one rounding of the velocity. For the ends a is taken smaller, and each end
 //!   nearer, by what rounding could add up to.
-//! - *Cost*: some forty operations an axis, one square root an axis and two of vectors; no allocation, no panic.
+//! - *Cost*: some fifty operations an axis; a square root for a dead band on more than one axis, one where a speed is cut by its norm,
+//!   and one an axis near an end or with a limit of jerk; no allocation, no panic.
 
 use super::limits::MotionLimits;
 use super::state::{AtRest, MotionFault, MotionStartRefused, MotionState, Rest};
-use super::{MotionReading, SafeMotion, clamp, finite, largest, norm};
+use super::{MotionReading, SafeMotion, clamp, finite, largest, norm, square};
 use crate::error::{Checks, LoopParameterError};
 use crate::safety::Limiters;
 use crate::units::{Metres, Seconds};
@@ -61,19 +62,20 @@ use nalgebra::SVector;
 pub struct MotionChain<F, const D: usize> {
     sample_time: F,
     speed: F,
-    /// Aimed at: 1 − 2⁻²⁰ of the limit.
-    speed_norm: Option<F>,
+    /// 1 − 2⁻²⁰ of the limit, which is aimed at, and its square.
+    speed_norm: Option<[F; 2]>,
     /// a·T, m/s.
     step: F,
-    /// a of the ways to rest that must stay inside, and a·T/2 of it.
-    plan: F,
+    /// 2a of the ways to rest that must stay inside, and a·T/2 of it.
+    twice_plan: F,
     half_step: F,
     /// j·T², m/s.
     jerk: Option<F>,
     low: [F; D],
     high: [F; D],
     sensor_range: F,
-    force: F,
+    /// Square of the largest magnitude, N².
+    force_square: F,
     following: F,
     force_age: F,
     stuck: Option<Standstill<F>>,
@@ -108,7 +110,8 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         let speed = checks.positive("speed limit", limits.speed.0, "m/s");
         let speed_norm = limits.speed_norm.map(|norm| {
             let norm = checks.positive("speed norm limit", norm.0, "m/s");
-            checks.rounded("speed norm limit", norm * (1.0 - 1.0 / 1_048_576.0), "m/s")
+            let aim = norm * (1.0 - 1.0 / 1_048_576.0);
+            [aim, aim * aim].map(|number| checks.rounded("speed norm limit", number, "m/s"))
         });
         checks.positive("acceleration limit", limits.acceleration.0, "m/s²");
         if let Some(norm) = limits.acceleration_norm {
@@ -164,13 +167,13 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
             speed: checks.rounded("speed limit", speed, "m/s"),
             speed_norm,
             step: checks.rounded("acceleration limit", step, "m/s"),
-            plan: checks.rounded("acceleration limit", plan, "m/s²"),
+            twice_plan: checks.rounded("acceleration limit", 2.0 * plan, "m/s²"),
             half_step: checks.rounded("acceleration limit", 0.5 * plan * sample_time, "m/s"),
             jerk,
             low,
             high,
             sensor_range: checks.rounded("range of the force sensor", range, "N"),
-            force: checks.rounded(what_force, force, "N"),
+            force_square: checks.rounded(what_force, force * force, "N"),
             following: checks.rounded("limit of the following error", limits.following.0, "m"),
             force_age: checks.rounded("age of the force", limits.force_age.0, "s"),
             stuck: limits.stuck.map(|stuck| {
@@ -294,6 +297,7 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         }
         let mut force = state.force;
         if self.dead_band > F::ZERO {
+            // The only root of a usual tick.
             let norm = norm(&force);
             let left = norm - self.dead_band;
             let share = if left > F::ZERO { left / norm } else { F::ZERO };
@@ -352,7 +356,8 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
             }
         }
         state.shown = *shown;
-        if norm(&state.force) > self.force {
+        // Each axis is within the range of the sensor, so no square overflows.
+        if square(&state.force) > self.force_square {
             return Err(MotionFault::Force);
         }
         Ok(())
@@ -452,32 +457,34 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
             } else {
                 (x - self.low[axis], -F::ONE)
             };
-            if v.abs() > self.stoppable(room) {
-                limiters.insert(Limiters::WORKSPACE);
-                // Nearer to rest than wanted, and no nearer than a step allows.
-                let slower = sign * self.stoppable(room);
-                let reached = (slower - last[axis]).abs() <= self.step;
-                aim[axis] = if reached {
-                    slower
-                } else {
-                    self.braked(last[axis])
-                };
+            // (v + aT/2)² ≤ 2a·room, without a root
+            let reach = v.abs() + self.half_step;
+            if reach * reach > self.twice_plan * room {
+                aim[axis] = self.held_back(v, last[axis], room, sign, limiters);
             }
         }
         aim
     }
 
-    /// The largest speed from which the way to rest is no longer than this.
-    #[inline]
-    fn stoppable(&self, room: F) -> F {
-        if room <= F::ZERO {
-            return F::ZERO;
+    /// A velocity from which the way to rest is no longer than the room, or one that brakes, whichever can be reached in a sample.
+    #[inline(never)]
+    fn held_back(&self, v: F, last: F, room: F, sign: F, limiters: &mut Limiters) -> F {
+        let room = if room > F::ZERO { room } else { F::ZERO };
+        let speed = (self.twice_plan * room).sqrt() - self.half_step;
+        let speed = if speed > F::ZERO { speed } else { F::ZERO };
+        if v.abs() <= speed || v == F::ZERO {
+            return v;
         }
-        let speed = ((self.plan + self.plan) * room).sqrt() - self.half_step;
-        if speed > F::ZERO { speed } else { F::ZERO }
+        limiters.insert(Limiters::WORKSPACE);
+        let slower = sign * speed;
+        if (slower - last).abs() <= self.step {
+            slower
+        } else {
+            self.braked(last)
+        }
     }
 
-    /// Into the speed limits, on the line to 0.
+    /// Scales a velocity into the speed limits, on the line to 0.
     #[inline]
     fn slow(&self, aim: &mut SVector<F, D>, limiters: &mut Limiters) {
         let most = largest(aim);
@@ -486,11 +493,11 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
             // The quotient first: it is at most 1, whatever is wanted.
             *aim = aim.map(|axis| clamp(axis / most * self.speed, -self.speed, self.speed));
         }
-        if let Some(allowed) = self.speed_norm {
-            let norm = norm(aim);
-            if norm > allowed {
+        if let Some([allowed, allowed_square]) = self.speed_norm {
+            let square = square(aim);
+            if square > allowed_square {
                 limiters.insert(Limiters::MAGNITUDE);
-                let share = allowed / norm;
+                let share = allowed / square.sqrt();
                 *aim = aim.map(|axis| axis * share);
             }
         }

@@ -6,7 +6,7 @@ use crate::units::{
 
 /// Every limit of a [`MotionChain`](super::MotionChain); `None` is off.
 ///
-/// What a robot may do is not known here, so [`of`](Self::of) takes it and adds defaults for the rest.
+/// The abilities of a robot are not known here: [`of`](Self::of) takes them and adds defaults for the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionLimits<const D: usize> {
     /// Largest speed of the command on each axis, above 0; a faster one is scaled down without changing its direction.
@@ -54,7 +54,7 @@ pub struct MotionLimits<const D: usize> {
 /// A force sensor that stands still although the robot moves.
 ///
 /// A reading that has been the same on an axis, to the last bit, for `time`, while the command has moved on this axis by more than
-/// `travel`, latches [`MotionFault::SensorStuck`](super::MotionFault::SensorStuck). A hand that holds still is none.
+/// `travel`, latches [`MotionFault::SensorStuck`](super::MotionFault::SensorStuck). A hand that holds still latches nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StuckSensor {
     /// Above 0.

@@ -110,7 +110,7 @@ impl<F: Real, const D: usize, R: MovingDevice<F, D> + ?Sized> MovingDevice<F, D>
 
 #[inline]
 fn finite<F: Real, const D: usize>(vector: &SVector<F, D>) -> bool {
-    vector.iter().all(|axis| axis.is_finite())
+    (0..D).all(|axis| vector[axis].is_finite())
 }
 
 /// The Euclidean norm, without a square that overflows.
@@ -129,9 +129,16 @@ fn norm<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
 }
 
 #[inline]
+fn square<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
+    (0..D).fold(F::ZERO, |sum, axis| sum + vector[axis] * vector[axis])
+}
+
+#[inline]
 fn largest<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
-    let axes = vector.iter().map(|axis| axis.abs());
-    axes.fold(F::ZERO, |most, axis| if axis > most { axis } else { most })
+    (0..D).fold(F::ZERO, |most, axis| {
+        let size = vector[axis].abs();
+        if size > most { size } else { most }
+    })
 }
 
 #[inline]

@@ -98,7 +98,7 @@ pub enum MotionStartRefused {
     Outside {
         /// The axis, from 0.
         axis: usize,
-        /// Where it stands, m.
+        /// Its position there, m.
         position_m: f64,
     },
     /// The last reading would be a fault at once.
@@ -123,7 +123,7 @@ pub struct MotionState<F, const D: usize> {
     pub(super) lost: SVector<F, D>,
     /// Sensed force of this tick without the offset, N.
     pub(super) force: SVector<F, D>,
-    /// As it was shown, N.
+    /// Sensed force as it was shown, N.
     pub(super) shown: SVector<F, D>,
     pub(super) offset: SVector<F, D>,
     /// Samples since each reading changed, and the way of the command since then, m.

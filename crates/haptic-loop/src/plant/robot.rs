@@ -184,7 +184,7 @@ pub struct SimulatedRobot<const D: usize> {
     push: SVector<f64, D>,
     generator: Pcg32,
     trouble: Option<SensorTrouble>,
-    /// What the sensor showed lately, and the tick in which it showed the last.
+    /// Forces that the sensor showed lately, N, and the tick of the last.
     shown: [SVector<f64, D>; REPLAYED],
     shown_tick: u64,
     tick: u64,
@@ -323,7 +323,7 @@ impl<const D: usize> SimulatedRobot<D> {
         self.tick += 1;
     }
 
-    /// What the sensor shows, N, in this tick.
+    /// The force that the sensor shows in this tick, N.
     fn show(&mut self) -> SVector<f64, D> {
         let lags = self.config.sensor_lags;
         let forces = if lags > 0 {
@@ -355,7 +355,6 @@ impl<const D: usize> SimulatedRobot<D> {
             } else {
                 shown
             };
-            // A number that is none stays none.
             shown.clamp(-most, most)
         });
         self.shown_tick = self.tick;

@@ -152,7 +152,7 @@ fn whatever_a_sensor_shows_the_command_keeps_its_limits_and_stops_in_time() {
 }
 
 #[test]
-#[ignore = "a million ticks: .ci/nightly campaigns"]
-fn by_night_a_million_ticks_of_hostile_sensors() {
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_million_ticks_of_hostile_sensors_are_borne_too() {
     look(1_000_000);
 }

@@ -64,6 +64,28 @@ fn a_fault_or_stop_of_the_law_stops_the_motion_though_the_hand_pushes_on() {
 }
 
 #[test]
+fn a_body_that_was_pushed_against_the_end_turns_at_once() {
+    let (_, mut device) = on_its_way();
+    let mut tick = |push: f64| {
+        device.robot_mut().set_hand_force(vector![push]);
+        device.read().expect("no fault");
+        testkit::device::write(&mut device, 0.0);
+        (
+            *device.state().position_m(),
+            *device.state().velocity_m_per_s(),
+        )
+    };
+    for _ in 0..3000 {
+        tick(5.0);
+    }
+    // Up to a·T²/8, from where one sample of any speed needs more room.
+    assert_close("at the end", tick(5.0).0[0], 0.1, 5e-6);
+    // A wound-up body would go on for 70 ticks, ln 2 of m/b; the sensor alone needs some of these.
+    let turned = (0..70).find(|_| tick(-5.0).1[0] < 0.0);
+    assert!(turned.is_some_and(|ticks| ticks < 8), "{turned:?}");
+}
+
+#[test]
 fn a_loop_that_ends_without_a_force_lets_a_moving_robot_go() {
     let (mut controller, mut device) = on_its_way();
     controller.engage(&mut device).tick().expect("no fault");
