@@ -4,9 +4,7 @@ use super::discretise::{moved, transition};
 use super::mass_damper::{MAX_DELAY_SAMPLES, whole_and_fraction};
 use super::noise::normal;
 use crate::error::Checks;
-use crate::units::{
-    Hertz, Kilograms, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds,
-};
+use crate::units::{Hertz, Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
 use crate::{LoopParameterError, MotionReading, MovingDevice, SafeMotion};
 use core::convert::Infallible;
 use core::f64::consts::TAU;
@@ -100,8 +98,6 @@ pub struct SimulatedRobotConfig {
     pub sensor_noise: Newtons,
     /// Force of a count of the sensor, N; 0 for none.
     pub sensor_resolution: Newtons,
-    /// The largest speed that its joints reach, m/s, above 0; a faster command is cut.
-    pub joint_speed: Option<MetresPerSecond>,
     /// The seed of its noise: the same seed makes the same noise, bit for bit.
     pub seed: u64,
 }
@@ -120,7 +116,6 @@ impl SimulatedRobotConfig {
             sensor_range: Newtons(100.0),
             sensor_noise: Newtons(0.0),
             sensor_resolution: Newtons(0.0),
-            joint_speed: None,
             seed: 0,
         }
     }
@@ -215,9 +210,6 @@ impl<const D: usize> SimulatedRobot<D> {
             config.sensor_resolution.0,
             "N",
         );
-        if let Some(speed) = config.joint_speed {
-            checks.positive("joint speed", speed.0, "m/s");
-        }
         let (delay, fraction) =
             whole_and_fraction("dead time", config.dead_time, sample_time, &mut checks);
         checks.done()?;
@@ -305,12 +297,8 @@ impl<const D: usize> SimulatedRobot<D> {
 
     /// Moves on by a sample under this velocity, m/s.
     fn advance(&mut self, velocity: SVector<f64, D>) {
-        let most = self
-            .config
-            .joint_speed
-            .map_or(f64::INFINITY, |speed| speed.0);
         self.newest = (self.newest + 1) % (MAX_DELAY_SAMPLES + 1);
-        self.commands[self.newest] = velocity.map(|axis| axis.max(-most).min(most));
+        self.commands[self.newest] = velocity;
         let (newer, older) = (self.aged(self.delay), self.aged(self.delay + 1));
         for (axis, state) in self.states.iter_mut().enumerate() {
             if let Some(before) = &self.before {

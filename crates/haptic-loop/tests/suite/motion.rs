@@ -7,11 +7,16 @@ mod hostile;
 mod loops;
 mod robot;
 
-use fracdiff::{Operator, Real, Scheme, Seconds};
-use haptic_loop::plant::{RobotHand, RobotLoop, SimulatedRobotConfig};
-use haptic_loop::units::{Hertz, Metres, MetresPerSecond, MetresPerSecondSquared, Newtons};
-use haptic_loop::{MotionChain, MotionLimits, MotionReading, MotionState};
-use nalgebra::SVector;
+use fracdiff::{Differintegrator, FrequencyResponse, Operator, Real, Scheme, Seconds, ShortMemory};
+use haptic_loop::plant::{
+    RobotHand, RobotLoop, SensorTrouble, SimulatedRobot, SimulatedRobotConfig,
+};
+use haptic_loop::units::*;
+use haptic_loop::*;
+use nalgebra::{SMatrix, SVector, vector};
+use testkit::device::write;
+use testkit::operator::order;
+use testkit::{Random, assert_close, assert_refused};
 
 /// Sample time of the robots here, s.
 const T: Seconds = Seconds(2e-3);
@@ -36,7 +41,7 @@ fn robot(hand: RobotHand) -> SimulatedRobotConfig {
 /// Grünwald's operator with its whole past, each weight right to this share.
 fn full<F: Real>(alpha: f64, sample_time: Seconds, share: f64) -> Operator<F> {
     let scheme: Scheme = format!("full:{share:e}").parse().expect("a scheme");
-    let operator = scheme.build(testkit::operator::order(alpha), sample_time, 1e5);
+    let operator = scheme.build(order(alpha), sample_time, 1e5);
     operator.expect("in range")
 }
 

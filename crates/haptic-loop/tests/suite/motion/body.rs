@@ -1,12 +1,6 @@
 //! The virtual body against recurrences, the defining sum and closed forms.
 
-use super::{T, full};
-use fracdiff::{Differintegrator, FrequencyResponse, Real, Seconds, ShortMemory};
-use haptic_loop::units::NewtonSecondsPerMetre;
-use haptic_loop::{LaggedRate, VirtualBody};
-use nalgebra::vector;
-use testkit::operator::order;
-use testkit::{Random, assert_close, assert_refused, assert_relative};
+use super::*;
 
 fn body<F: Real, O: Differintegrator<F>>(m: f64, b: f64, operator: O) -> VirtualBody<F, O> {
     VirtualBody::new(m, NewtonSecondsPerMetre(b), operator).expect("in range")
@@ -161,7 +155,7 @@ fn a_body_without_inertia_and_damping_and_one_below_zero_are_refused() {
         "lag of the virtual mass",
     );
     let have = body(0.0, 4.0).expect("a damper");
-    assert_relative(
+    assert_close(
         "v",
         have.velocity(&have.at_rest(), &vector![2.0])[0],
         0.5,

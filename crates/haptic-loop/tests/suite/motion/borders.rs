@@ -1,20 +1,6 @@
 //! Borders of stability in time, where theory has them, and a wall at the virtual port.
 
-use super::{T, full, limits, robot};
-use fracdiff::{Differintegrator, Seconds, ShortMemory};
-use haptic_loop::plant::{RobotHand, SimulatedRobot};
-use haptic_loop::units::{
-    Joules, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre, Newtons,
-    NewtonsPerMetre, NewtonsPerSecond,
-};
-use haptic_loop::{
-    Admittance, Contact, Controller, Device, Limiters, MotionChain, MotionLimits, SafetyChain,
-    SpringDamper, VirtualBody,
-};
-use nalgebra::vector;
-use testkit::assert_close;
-use testkit::device::write;
-use testkit::operator::order;
+use super::*;
 
 /// Limits so wide that none acts on a tiny motion.
 fn wide() -> MotionLimits<1> {

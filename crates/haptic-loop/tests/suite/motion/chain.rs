@@ -1,15 +1,6 @@
 //! The motion chain: each limit for one, two and three axes, each fault, and arming.
 
-use super::{T, armed, limits, reading};
-use fracdiff::{Real, Seconds};
-use haptic_loop::units::{
-    Joules, Metres, MetresPerSecond, MetresPerSecondCubed, MetresPerSecondSquared, Newtons,
-};
-use haptic_loop::{
-    Limiters, MotionChain, MotionFault, MotionLimits, MotionState, SafeMotion, StuckSensor,
-};
-use nalgebra::{SVector, vector};
-use testkit::{Random, assert_close, assert_refused, assert_says};
+use super::*;
 
 /// A tick almost without a force at this wanted velocity, m/s, on a robot that follows at once.
 fn tick<F: Real, const D: usize>(
@@ -119,14 +110,31 @@ fn what_is_within_the_limits_is_commanded_to_the_bit() {
 }
 
 #[test]
-fn a_creeping_command_is_not_lost_in_single_precision() {
-    // A step of 2e-9 m is a quarter of a digit of the place: a plain sum would stand still.
-    let (chain, mut state) = armed::<f32, 1>(&limits(), vector![0.09]);
-    for n in 0..100_000 {
-        tick(&chain, &mut state, n, vector![1e-6]);
+fn a_long_way_to_rest_in_single_precision_ends_inside_although_each_step_is_rounded() {
+    // Thousands of steps of which each is off by up to 1e-4 of itself, always to the same side.
+    for acceleration in [0.05, 0.061, 0.077, 0.093] {
+        let slow = MotionLimits {
+            acceleration: MetresPerSecondSquared(acceleration),
+            low: [Metres(-3.0)],
+            high: [Metres(3.0)],
+            ..limits()
+        };
+        for sign in [1.0, -1.0] {
+            let (chain, mut state) = armed::<f32, 1>(&slow, vector![-2.9 * sign]);
+            let brakes = (0..20_000).find(|&n| {
+                let (_, limiters) = tick(&chain, &mut state, n, vector![sign]);
+                limiters.contains(Limiters::WORKSPACE)
+            });
+            let brakes = brakes.expect("comes near the end");
+            state.stop();
+            for n in 1..=10_000 {
+                tick(&chain, &mut state, brakes + n, vector![sign]);
+            }
+            let end = state.position_m()[0] * sign;
+            assert!(state.is_at_rest());
+            assert!(end <= 3.0 && end > 2.99, "{acceleration}: {end}");
+        }
     }
-    let moved = f64::from(state.position_m()[0]) - f64::from(0.09_f32);
-    assert_close("way", moved, 0.2e-3, 1e-8);
 }
 
 #[test]
@@ -186,130 +194,149 @@ fn missed_ticks_move_the_command_on_and_too_many_are_a_fault() {
     assert_eq!(state.fault(), Some(MotionFault::StaleForce));
 }
 
-/// Ticks of an armed robot of D axes at this reading's force and place along an axis, until a fault.
-fn faults<const D: usize>(
-    limits: &MotionLimits<D>,
-    axis: usize,
-    wanted: f64,
-    show: impl Fn(u64) -> [f64; 3],
-) -> Option<(u64, MotionFault)> {
-    let along =
-        |value: f64, others: f64| SVector::from_fn(|at, _| if at == axis { value } else { others });
-    let (chain, mut state) = armed::<f64, D>(limits, SVector::zeros());
-    for n in 0..1000 {
-        let [force, ahead, age] = show(n);
-        let others = 1e-3 * (n % 3) as f64;
-        let mut reading = reading(
-            n,
-            along(state.position_m()[axis] + ahead, 0.0),
-            along(force, others),
-        );
-        reading.force_age_s = age;
-        let speed = state.velocity_m_per_s().norm();
-        let sensed = chain.sense(&mut state, &reading);
-        chain.apply(&mut state, &along(wanted, 0.0));
-        if let Some(fault) = state.fault() {
-            assert!(state.velocity_m_per_s().norm() <= speed);
-            let from_sense = fault != MotionFault::HandEnergy;
+/// Wanted speed, m/s; force, N, distance from the command, m, and age, s, of readings until tick 20, and of those after; the force has some
+/// noise in the last digits, or none; ticks in which this fault may be found.
+type Case = (
+    f64,
+    [f64; 3],
+    [f64; 3],
+    f64,
+    std::ops::Range<u64>,
+    MotionFault,
+);
+
+fn finds<const D: usize>(axis: usize) {
+    let along = |value: f64| SVector::from_fn(|at, _| if at == axis { value } else { 0.0 });
+    let wide = MotionLimits::<D> {
+        low: [Metres(-9.0); D],
+        high: [Metres(9.0); D],
+        ..limits()
+    };
+    let calm = [0.0; 3];
+    let (nan, inf) = (f64::NAN, f64::INFINITY);
+    let cases: [Case; 13] = [
+        (
+            0.02,
+            calm,
+            [nan, 0.0, 0.0],
+            1e-3,
+            20..21,
+            MotionFault::NotFinite,
+        ),
+        (
+            0.02,
+            calm,
+            [-inf, 0.0, 0.0],
+            1e-3,
+            20..21,
+            MotionFault::NotFinite,
+        ),
+        (
+            0.02,
+            calm,
+            [0.0, nan, 0.0],
+            1e-3,
+            20..21,
+            MotionFault::NotFinite,
+        ),
+        (
+            0.02,
+            calm,
+            [0.0, 0.0, nan],
+            1e-3,
+            20..21,
+            MotionFault::NotFinite,
+        ),
+        (inf, calm, calm, 1e-3, 0..1, MotionFault::NotFinite),
+        (
+            0.02,
+            calm,
+            [0.0, 0.0, 0.0201],
+            1e-3,
+            20..21,
+            MotionFault::StaleForce,
+        ),
+        (
+            0.02,
+            calm,
+            [50.0, 0.0, 0.0],
+            1e-3,
+            20..21,
+            MotionFault::SensorSaturated,
+        ),
+        (
+            0.02,
+            [24.9, 0.0, 0.0],
+            [25.1, 0.0, 0.0],
+            1e-3,
+            20..21,
+            MotionFault::Force,
+        ),
+        (
+            0.02,
+            [0.0, 0.0199, 0.0],
+            [0.0, 0.0201, 0.0],
+            1e-3,
+            20..21,
+            MotionFault::Following,
+        ),
+        // A sensor may stand still while nothing moves; not for 0.1 s and 5 mm.
+        (0.04, calm, calm, 0.0, 60..70, MotionFault::SensorStuck),
+        (0.004, calm, calm, 0.0, 620..640, MotionFault::SensorStuck),
+        // 10 N against 0.25 m/s give 2 J in 0.8 s, though the hand has paid before.
+        (
+            0.25,
+            [10.0, 0.0, 0.0],
+            [-10.0, 0.0, 0.0],
+            1e-3,
+            418..422,
+            MotionFault::HandEnergy,
+        ),
+        (
+            0.0,
+            [1.0, 0.0, 0.0],
+            [-1.0, 0.0, 0.0],
+            0.0,
+            999..1000,
+            MotionFault::RobotFailed,
+        ),
+    ];
+    for (wanted, before, after, noise, when, fault) in cases {
+        for sign in [1.0, -1.0] {
+            let (chain, mut state) = armed::<f64, D>(&wide, SVector::zeros());
+            let found = (0..1000).find(|&n| {
+                let [force, ahead, age] = if n < 20 { before } else { after };
+                let force = along(sign * (force + noise * (n % 2) as f64));
+                let mut reading = reading(n, state.position_m() + along(sign * ahead), force);
+                reading.force_age_s = age;
+                let last = *state.velocity_m_per_s();
+                let sensed = chain.sense(&mut state, &reading);
+                assert!(state.fault().is_none() || sensed == along(0.0));
+                if n == 999 {
+                    state.trip(MotionFault::RobotFailed);
+                }
+                chain.apply(&mut state, &along(sign * wanted));
+                assert!(state.fault().is_none() || state.velocity_m_per_s().norm() <= last.norm());
+                state.fault().is_some()
+            });
+            assert_eq!(state.fault(), Some(fault), "axis {axis} of {D}, {found:?}");
             assert!(
-                !from_sense || sensed == SVector::<f64, D>::zeros(),
-                "no force of a faulty sensor"
+                found.is_some_and(|tick| when.contains(&tick)),
+                "{fault:?}: {found:?}"
             );
-            for later in 0..30 {
-                tick(&chain, &mut state, n + 1 + later, along(wanted, wanted));
+            for n in 1001..1030 {
+                tick(&chain, &mut state, n, along(wanted));
             }
-            assert!(state.is_at_rest(), "held");
-            return Some((n, fault));
+            assert!(state.is_at_rest() && state.fault() == Some(fault), "held");
         }
     }
-    None
 }
 
 #[test]
 fn each_fault_is_found_on_each_axis_and_held() {
-    fn all<const D: usize>(axis: usize) {
-        let plain = limits::<D>();
-        for sign in [1.0, -1.0] {
-            let found = |wanted: f64, show: &dyn Fn(u64) -> [f64; 3]| {
-                faults(&plain, axis, sign * wanted, |n| {
-                    let [force, ahead, age] = show(n);
-                    [sign * force, sign * ahead, age]
-                })
-            };
-            let changing = |n: u64| 1e-3 * (n % 2) as f64;
-            let at_20 = |value: f64| {
-                move |n: u64| {
-                    let value = if n < 20 { 0.0 } else { value };
-                    [value + changing(n), 0.0, 0.0]
-                }
-            };
-            let fault = |fault| Some((20, fault));
-            for none in [f64::NAN, f64::INFINITY] {
-                assert_eq!(found(0.02, &at_20(none)), fault(MotionFault::NotFinite));
-                assert_eq!(
-                    found(0.02, &|n| [
-                        changing(n),
-                        if n < 20 { 0.0 } else { none },
-                        0.0
-                    ]),
-                    fault(MotionFault::NotFinite)
-                );
-                assert_eq!(
-                    found(none, &|n| [changing(n), 0.0, 0.0]),
-                    Some((0, MotionFault::NotFinite))
-                );
-            }
-            assert_eq!(
-                found(0.02, &|n| [
-                    changing(n),
-                    0.0,
-                    if n < 20 { 0.0 } else { 0.021 }
-                ]),
-                fault(MotionFault::StaleForce)
-            );
-            assert_eq!(
-                found(0.02, &at_20(50.0)),
-                fault(MotionFault::SensorSaturated)
-            );
-            assert_eq!(found(0.02, &at_20(25.1)), fault(MotionFault::Force));
-            assert_eq!(found(0.02, &at_20(24.9)), None);
-            assert_eq!(
-                found(0.02, &|n| [
-                    changing(n),
-                    if n < 20 { 0.0199 } else { 0.0201 },
-                    0.0
-                ]),
-                fault(MotionFault::Following)
-            );
-            // Without a motion it may stand still; with one for 0.1 s and 5 mm not.
-            assert_eq!(found(0.0, &|_| [1.0, 0.0, 0.0]), None);
-            let stuck = found(0.04, &|_| [1.0, 0.0, 0.0]);
-            assert!(
-                matches!(stuck, Some((50..70, MotionFault::SensorStuck))),
-                "{stuck:?}"
-            );
-            let slow = found(0.004, &|_| [1.0, 0.0, 0.0]);
-            assert!(
-                matches!(slow, Some((620..640, MotionFault::SensorStuck))),
-                "{slow:?}"
-            );
-            // 10 N against 0.25 m/s for 0.8 s, though 3 J were paid before.
-            let short = MotionLimits {
-                low: [Metres(-9.0); D],
-                high: [Metres(9.0); D],
-                ..plain
-            };
-            let paid = |n: u64| [(if n < 300 { 10.0 } else { -10.0 }) + changing(n), 0.0, 0.0];
-            let given = faults(&short, axis, sign * 0.25, |n| [sign * paid(n)[0], 0.0, 0.0]);
-            let Some((at, MotionFault::HandEnergy)) = given else {
-                panic!("{given:?}")
-            };
-            assert_close("ticks", at as f64, 300.0 + 2.0 / (10.0 * 0.25 * T.0), 2.0);
-        }
-    }
-    all::<1>(0);
-    (0..2).for_each(all::<2>);
-    (0..3).for_each(all::<3>);
+    finds::<1>(0);
+    (0..2).for_each(finds::<2>);
+    (0..3).for_each(finds::<3>);
 }
 
 #[test]
@@ -333,6 +360,9 @@ fn a_dead_band_takes_off_noise_without_a_jump_and_keeps_the_direction() {
 #[test]
 fn a_robot_is_armed_only_at_rest_within_its_workspace_and_with_a_sensor_near_zero() {
     let chain = MotionChain::<f64, 1>::new(&limits(), T).expect("in range");
+    let mut never = MotionState::default();
+    let (motion, _) = tick(&chain, &mut never, 0, vector![0.3]);
+    assert_eq!(motion, vector![0.0]);
     let try_with = |shown: &dyn Fn(u32) -> f64, count: u32, x: f64| {
         let mut state = MotionState::default();
         for n in 0..count {
@@ -386,28 +416,12 @@ fn a_robot_is_armed_only_at_rest_within_its_workspace_and_with_a_sensor_near_zer
 }
 
 #[test]
-fn a_state_that_was_never_armed_never_moves() {
-    let chain = MotionChain::<f32, 1>::new(&limits(), T).expect("in range");
-    let mut state = MotionState::default();
-    for n in 0..100 {
-        let sensed = chain.sense(&mut state, &reading(n, vector![0.0], vector![5.0]));
-        assert_eq!(sensed, vector![0.0]);
-        let (motion, _) = chain.apply(&mut state, &vector![0.3]);
-        assert_eq!(motion, SafeMotion::zero());
-    }
-}
-
-#[test]
 fn limits_without_sense_are_refused_by_name_value_and_remedy() {
     type Change = fn(&mut MotionLimits<2>);
-    let changes: [(Change, &str); 14] = [
+    let changes: [(Change, &str); 8] = [
         (
             |it| it.speed = MetresPerSecond(0.0),
             "speed limit 0 m/s is not above 0 m/s",
-        ),
-        (
-            |it| it.speed_norm = Some(MetresPerSecond(-1.0)),
-            "speed norm limit -1",
         ),
         (
             |it| it.acceleration = MetresPerSecondSquared(0.0),
@@ -422,19 +436,10 @@ fn limits_without_sense_are_refused_by_name_value_and_remedy() {
             "acceleration norm limit NaN",
         ),
         (
-            |it| it.jerk = Some(MetresPerSecondCubed(0.0)),
-            "jerk limit 0",
-        ),
-        (
             |it| it.high[1] = Metres(-0.1),
             "high end of the workspace -0.1 m is not above the low one",
         ),
-        (
-            |it| it.sensor_range = Newtons(0.0),
-            "range of the force sensor 0",
-        ),
         (|it| it.force = Newtons(51.0), "at most the sensor's range"),
-        (|it| it.following = Metres(0.0), "following error 0"),
         (
             |it| {
                 it.stuck = Some(StuckSensor {
@@ -445,11 +450,6 @@ fn limits_without_sense_are_refused_by_name_value_and_remedy() {
             "stuck sensor 20",
         ),
         (|it| it.offset_share = 1.5, "offset at rest 1.5"),
-        (|it| it.rest_time = Seconds(0.0), "time at rest 0"),
-        (
-            |it| it.hand_energy = Some(Joules(0.0)),
-            "energy to the hand 0",
-        ),
     ];
     for (change, words) in changes {
         let mut limits = limits::<2>();
@@ -467,9 +467,4 @@ fn limits_without_sense_are_refused_by_name_value_and_remedy() {
     assert!(MotionChain::<f64, 1>::new(&slow, T).is_ok());
     assert_refused(MotionChain::<f32, 1>::new(&slow, T), "in this number type");
     assert_eq!(limits::<1>().stop_time(T), Seconds(25.0 * T.0));
-    assert_says(&MotionFault::Following, "does not follow");
-    assert_eq!(
-        MotionFault::ALL.map(MotionFault::code),
-        [1, 2, 3, 4, 5, 6, 7, 8]
-    );
 }

@@ -1,18 +1,6 @@
 //! A hand and a sensor that do their worst, for a long time.
 
-use super::{T, full, limits, robot};
-use fracdiff::{Operator, Real};
-use haptic_loop::plant::{RobotHand, SensorTrouble, SimulatedRobot, SimulatedRobotConfig};
-use haptic_loop::units::{
-    Kilograms, MetresPerSecondSquared, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre,
-    NewtonsPerSecond,
-};
-use haptic_loop::{
-    Admittance, AdmittanceError, Controller, MotionChain, MotionFault, MotionLimits, SafetyChain,
-    SpringDamper, VirtualBody,
-};
-use nalgebra::SVector;
-use testkit::Random;
+use super::*;
 
 /// Ticks of a loop with a wall on a robot whose sensor has some trouble, again and again, in hands of all kinds.
 fn campaign<F: Real, const D: usize>(ticks: u64, seed: u64) -> [u64; 8] {

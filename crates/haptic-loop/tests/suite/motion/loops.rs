@@ -1,27 +1,14 @@
 //! A robot in the loop: stops and faults of either side, errors, and guards.
 
 use super::borders::in_hand;
-use super::{T, full, limits};
-use fracdiff::Operator;
-use haptic_loop::plant::{RobotHand, SensorTrouble, SimulatedRobot};
-use haptic_loop::units::{
-    Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre,
-    NewtonsPerSecond,
-};
-use haptic_loop::{
-    Admittance, AdmittanceError, Controller, Device, EnergyBounding, Fault, MotionChain,
-    MotionFault, MotionLimits, MotionReading, MovingDevice, PassivityGuard, SafeMotion,
-    SafetyChain, SafetyLimits, SpringDamper, VirtualBody,
-};
-use nalgebra::vector;
-use testkit::{assert_close, assert_refused};
+use super::*;
 
 fn body() -> VirtualBody<f64, Operator<f64>> {
     VirtualBody::new(2.0, NewtonSecondsPerMetre(10.0), full(1.0, T, 1e-6)).expect("in range")
 }
 
 fn law(stiffness: f64) -> SpringDamper<f64, Operator<f64>> {
-    SpringDamper::new(stiffness, 1.0, full(1.0, T, 1e-6)).expect("in range")
+    SpringDamper::new(stiffness, 0.0, full(1.0, T, 1e-6)).expect("in range")
 }
 
 fn chain() -> SafetyChain<f64> {
@@ -36,7 +23,7 @@ fn on_its_way() -> (Controller<f64, 1, SpringDamper<f64, Operator<f64>>>, Robot)
     device.robot_mut().set_hand_force(vector![5.0]);
     for _ in 0..40 {
         device.read().expect("no fault");
-        testkit::device::write(&mut device, 0.0);
+        write(&mut device, 0.0);
     }
     assert!(device.state().velocity_m_per_s()[0] > 0.05);
     (Controller::new(law(0.0), chain()), device)
@@ -69,7 +56,7 @@ fn a_body_that_was_pushed_against_the_end_turns_at_once() {
     let mut tick = |push: f64| {
         device.robot_mut().set_hand_force(vector![push]);
         device.read().expect("no fault");
-        testkit::device::write(&mut device, 0.0);
+        write(&mut device, 0.0);
         (
             *device.state().position_m(),
             *device.state().velocity_m_per_s(),
