@@ -138,6 +138,17 @@ fn a_long_way_to_rest_in_single_precision_ends_inside_although_each_step_is_roun
 }
 
 #[test]
+fn a_creeping_command_is_not_lost_in_single_precision() {
+    // A step of 2e-9 m is a quarter of a digit of the place: a plain sum would stand still.
+    let (chain, mut state) = armed::<f32, 1>(&limits(), vector![0.09]);
+    for n in 0..100_000 {
+        tick(&chain, &mut state, n, vector![1e-6]);
+    }
+    let moved = f64::from(state.position_m()[0]) - f64::from(0.09_f32);
+    assert_close("way", moved, 0.2e-3, 1e-8);
+}
+
+#[test]
 fn a_direction_stays_and_a_command_slides_along_an_end() {
     let (chain, mut state) = armed::<f64, 2>(&limits(), vector![0.0, 0.0]);
     let (v, limiters) = tick(&chain, &mut state, 0, vector![3.0, 4.0]);

@@ -91,6 +91,36 @@ fn a_robot_in_a_hand_is_the_solution_of_its_equations_whatever_the_dead_time() {
 }
 
 #[test]
+fn the_force_that_is_sensed_has_the_response_that_theory_has() {
+    // L(e^(−jθ)) at θ = 0.1 in a hand of 500 N/m, force of the hand over velocity: Σ (f[n] − f[n−1])·wⁿ/(1 − w), as f stays after one sample of motion.
+    let hand = RobotHand {
+        stiffness: NewtonsPerMetre(500.0),
+        ..HAND
+    };
+    let mut robot = SimulatedRobot::<1>::new(super::robot(hand)).expect("in range");
+    let (mut sum, mut last) = ([0.0; 2], 0.0);
+    for n in 0..2000 {
+        let reading: MotionReading<f64, 1> = robot.sense().expect("infallible");
+        let change = -reading.sensed_force_n[0] - last;
+        last += change;
+        let angle = 0.1 * f64::from(n);
+        sum[0] += change * libm::cos(angle);
+        sum[1] -= change * libm::sin(angle);
+        robot
+            .command(safe(vector![if n == 0 { 1.0 } else { 0.0 }]))
+            .expect("infallible");
+    }
+    let (re, im) = (1.0 - libm::cos(0.1), libm::sin(0.1));
+    let size = re * re + im * im;
+    let response = [
+        (sum[0] * re + sum[1] * im) / size,
+        (sum[1] * re - sum[0] * im) / size,
+    ];
+    assert_close("re", response[0], 33.851_565_87, 1e-7);
+    assert_close("im", response[1], -33.934_471_37, 1e-7);
+}
+
+#[test]
 fn a_loop_of_first_order_by_its_states_is_its_exponential_on_each_axis() {
     let (mut a, mut b, mut c) = (SMatrix::zeros(), SVector::zeros(), SVector::zeros());
     (a[(0, 0)], b[0], c[0]) = (-50.0, 50.0, 1.0);
