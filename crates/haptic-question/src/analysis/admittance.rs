@@ -8,11 +8,13 @@ mod best;
 mod moving;
 #[cfg(test)]
 mod tests;
+mod trial;
 
 pub(crate) use moving::MovingDevice;
 
 use crate::analysis::admittance::best::{Best, bodies};
-use crate::analysis::admittance::moving::{Around, Body};
+use crate::analysis::admittance::moving::{Around, Body, COUNT, NOISE};
+use crate::analysis::admittance::trial::trials;
 use crate::analysis::answer::{AdmittancePoint, Analysed, Drawn, StableHands, logarithmic};
 use crate::analysis::law::Law;
 use fracdiff::num_complex::Complex;
@@ -64,11 +66,7 @@ impl MovingDevice {
         stop: &AtomicBool,
     ) -> Result<Analysed, Failure> {
         let found = match self.body {
-            None => Some(bodies(
-                &self.around.with_margin(self.hand_margin),
-                progress,
-                stop,
-            )?),
+            None => Some(bodies(&self.around, self.hand_margin, progress, stop)?),
             Some(_) => None,
         };
         let given = self.body.as_ref();
@@ -166,9 +164,27 @@ impl Judged<'_> {
         };
         let walls = self.walls(&all, hand)?;
         let margins = worst.map_or_else(|| json!({}), |worst| self.margins(&worst));
+        let tried = trials(self.around, self.body)?;
+        let tried = json!({
+            "trials": tried.map(|tried| tried.runs),
+            "trials_reason": tried.map_or_else(
+                || "a world of several elements, or a controller, is not tried".to_owned(),
+                |_| format!("a tap in each corner of the hands, with {} of noise and counts of {}", written("noise_n", NOISE.0), written("count_n", COUNT.0)),
+            ),
+            "settled_trials": tried.map(|tried| tried.settled),
+        });
         let points = self.points()?;
         let felt = self.felt()?;
-        let report = rows([body, asked.clone(), proof, limits, walls, margins, felt]);
+        let report = rows([
+            body,
+            asked.clone(),
+            proof,
+            tried,
+            limits,
+            walls,
+            margins,
+            felt,
+        ]);
         let law = self.around.world.as_ref().map(|law| {
             let gain = law
                 .of_wall(law.stiffness)

@@ -139,10 +139,10 @@ pub struct BodyPoint {
     pub body_damping_n_s_per_m: f64,
     /// Effort of a hand in free space.
     pub effort_n_s_per_m: f64,
-    /// Effort with equal weights.
-    pub flat_effort_n_s_per_m: f64,
     /// Command at half the sample rate per newton of noise, m/s.
     pub command_noise: f64,
+    /// True if it settled in all of its trials; null if it was not tried.
+    pub settled: Option<bool>,
 }
 
 /// The stiffnesses of a hand that are stable, over the spring of a wall.

@@ -61,6 +61,8 @@ chapters! {
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     the_first_time_on_real_hardware: "first-time.md" ["first.md", "first-wall/wall.csv"];
     the_device_as_a_testing_machine: "testing-machine.md" ["pressed/press.csv", "gel.png", "felt/relax.png"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
+    a_robot_that_you_push: "a-robot-that-you-push.md" ["light/admittance.png", "best/admittance.png"];
     a_spring_between_motor_and_hand: "series-elastic.md" ["sea/region.png"];
     the_page_in_the_browser: "page.md" [];
     viscoelastic_models: "models.md" [];

@@ -1,14 +1,17 @@
 //! The body of each order that bears all hands and worlds with the least effort.
 //! ```text
-//! for α in 0, 0.1 … 1.2, and the lagged mass:   the least of effort(m, b), every hand and world of the box proved
+//! for α in 0, 0.1 … 1.5, and the lagged mass:   the least of effort(m, b), every hand and world of the box proved
 //! effort² = Σ W(f)·|m·p(f) + b|²/|G·H|² grows with m   ⇒   for each b the least m that is proved, and the best b by golden sections
 //! ```
 //! - *Opponents* of a fractional body are a mass with a damper, and the lagged mass, which has three numbers too.
 //! - *Noise* is beside effort: what is light for the hand at low frequencies is light for the sensor's noise at high ones.
+//! - *Tried*: each body in virtual time, with noise and counts of the sensor; one that does not settle is not called the best.
 //! - *Cost*: some 400 proofs an order.
 
 use crate::analysis::admittance::moving::{Around, Body};
+use crate::analysis::admittance::trial::trials;
 use crate::analysis::answer::{BodyPoint, HORIZON};
+use crate::analysis::keys::HAND_MARGIN;
 use crate::bench::{for_each_order, minimum_of};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{AdmittanceNumber, AdmittanceWorld, EffortWeight, LoopOperator};
@@ -20,7 +23,7 @@ use std::cell::Cell;
 use std::sync::atomic::AtomicBool;
 
 /// Orders in tenths.
-const TENTHS: u32 = 12;
+const TENTHS: u32 = 15;
 /// Lags of a lagged mass, each twice the one before, and parts of such a step.
 const LAGS: u32 = 8;
 const FINER: i32 = 6;
@@ -89,16 +92,52 @@ impl Best {
     }
 }
 
-/// The best body of each order, and the best lagged mass.
+/// The best body of all that settle.
 ///
 /// # Errors
-/// No body that bears these hands; a search that was stopped.
+/// No body that bears these hands, or that settles in its trials; a search that was stopped.
 pub(super) fn bodies(
     around: &Around,
+    margin: f64,
     progress: &(dyn Fn(u64) + Sync),
     stop: &AtomicBool,
 ) -> Result<Best, Failure> {
+    let bodies = candidates(around, margin, progress, stop)?;
+    let best = bodies.iter().enumerate().filter(|(_, (body, point))| {
+        // The lagged mass is an opponent.
+        body.lag_s.is_none() && point.settled != Some(false)
+    });
+    let best = best.min_by(|a, b| effort(a.1).total_cmp(&effort(b.1)));
+    let Some(best) = best.map(|(index, _)| index) else {
+        let why = if bodies.is_empty() {
+            "no body bears all of these hands and worlds: ask for softer hands or walls, more damping of the hand, or a faster robot".to_owned()
+        } else {
+            format!(
+                "{} bodies bear these hands, but in trials none settles within 10 s: give more {HAND_MARGIN}",
+                bodies.len()
+            )
+        };
+        return Err(Failure::run(why));
+    };
+    Ok(Best { bodies, best })
+}
+
+fn effort((_, point): &(Body, BodyPoint)) -> f64 {
+    point.effort_n_s_per_m
+}
+
+/// The body of least effort of each order, and the best lagged mass.
+///
+/// # Errors
+/// A search that was stopped.
+pub(super) fn candidates(
+    around: &Around,
+    margin: f64,
+    progress: &(dyn Fn(u64) + Sync),
+    stop: &AtomicBool,
+) -> Result<Vec<(Body, BodyPoint)>, Failure> {
     let t = around.robot.sample_time_s();
+    let wide = around.with_margin(margin);
     let each = |kinds: Vec<(f64, Option<f64>)>| {
         let found = for_each_order(&kinds, stop, progress, |(order, lag_s)| {
             let operator = match lag_s {
@@ -108,11 +147,10 @@ pub(super) fn bodies(
                     LoopOperator::new(Scheme::Exact, order, Seconds(t), HORIZON)
                 }
             };
-            best_of(around, &operator.map_err(analysed)?, lag_s)
+            best_of([around, &wide], &operator.map_err(analysed)?, lag_s)
         })?;
         Ok::<Vec<_>, Failure>(found.into_iter().flatten().collect())
     };
-    let effort = |(_, point): &(Body, BodyPoint)| point.effort_n_s_per_m;
     let least = |bodies: Vec<(Body, BodyPoint)>| {
         bodies
             .into_iter()
@@ -129,22 +167,13 @@ pub(super) fn bodies(
         let finer = finer.map(|n| lag(middle * libm::exp2(f64::from(n) / f64::from(FINER))));
         lagged = least(each(finer.collect())?.into_iter().chain(lagged).collect());
     }
-    let best = bodies
-        .iter()
-        .enumerate()
-        .min_by(|a, b| effort(a.1).total_cmp(&effort(b.1)));
-    let Some(best) = best.map(|(index, _)| index) else {
-        return Err(Failure::run(
-            "no body bears all of these hands and worlds: ask for softer hands or walls, more damping of the hand, or a faster robot",
-        ));
-    };
     bodies.extend(lagged);
-    Ok(Best { bodies, best })
+    Ok(bodies)
 }
 
-/// The body of least effort with this operator; `None` if none of the dampings that are tried does.
+/// The body of least effort with this operator that is proved for the wider hands, and tried in the others; `None` if none of the dampings does.
 fn best_of(
-    around: &Around,
+    [around, wide]: [&Around; 2],
     operator: &LoopOperator,
     lag_s: Option<f64>,
 ) -> Result<Option<(Body, BodyPoint)>, Failure> {
@@ -153,8 +182,9 @@ fn best_of(
         damping,
         operator: operator.clone(),
         lag_s,
+        scheme: Scheme::Exact,
     };
-    let least = |damping: f64| least_inertance(around, &body(1.0, damping));
+    let least = |damping: f64| least_inertance(wide, &body(1.0, damping));
     let effort = |damping: f64| {
         let light = body(least(damping).ok()??, damping);
         let free = around.in_hand(&light, around.hand([0; 3]), None).ok()?;
@@ -193,8 +223,8 @@ fn best_of(
         body_inertance_n_s_mu_per_m: inertance,
         body_damping_n_s_per_m: damping,
         effort_n_s_per_m: free.effort(EffortWeight::Hand).map_err(analysed)?,
-        flat_effort_n_s_per_m: free.effort(EffortWeight::Flat).map_err(analysed)?,
         command_noise: free.command_noise(),
+        settled: trials(around, &found)?.map(|trials| trials.settled == trials.runs),
     };
     Ok(Some((found, point)))
 }
@@ -215,8 +245,7 @@ fn least_inertance(around: &Around, body: &Body) -> Result<Option<f64>, Failure>
         }
         for which in 0..8_usize {
             let ends = [0, 1, 2].map(|number| which >> number & 1);
-            let is_twin = (0..3).any(|n| ends[n] == 1 && around.hands[n][0] >= around.hands[n][1]);
-            if is_twin || common.is_empty() {
+            if !around.is_corner(ends) || common.is_empty() {
                 continue;
             }
             let subject = around.in_hand(body, around.hand(ends), world)?;

@@ -6,13 +6,16 @@ use crate::analysis::keys::{
     FELT_HIGH, FELT_LOW, HAND_MARGIN, POINTS,
 };
 use crate::analysis::law::{Law, of_a_tissue_alone};
+use fracdiff::{Scheme, Seconds};
 use haptic_analysis::{
     AdmittanceBody, AdmittanceBox, AdmittanceLoop, AdmittanceNumber, AdmittanceWorld, ForceFilter,
     HandImpedance, LoopOperator, Robot, VelocityLoop,
 };
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, Table, rows};
-use haptic_trial::advice::analysed;
+use haptic_loop::plant::{RobotHand, RobotLoop, SimulatedRobotConfig};
+use haptic_loop::units::{Hertz, Newtons};
+use haptic_trial::advice::{analysed, parameter};
 use haptic_trial::keys::admittance::{
     BODY, BODY_DAMPING, BODY_INERTANCE, BODY_LAG, BODY_ORDER, BODY_SCHEME, FORCE_CUTOFF,
     FORCE_LAGS, HANDS_DAMPING, HANDS_MASS, HANDS_STIFFNESS, ROBOT_BANDWIDTH, ROBOT_DAMPING,
@@ -37,10 +40,16 @@ pub(crate) struct MovingDevice {
 #[derive(Clone, Debug)]
 pub(super) struct Around {
     pub(super) robot: Robot,
+    /// The same robot in virtual time, in no hand.
+    pub(super) simulated: SimulatedRobotConfig,
     /// Least and largest mass, damping and stiffness.
     pub(super) hands: [[f64; 2]; 3],
     pub(super) world: Option<Law>,
 }
+
+/// Noise of the simulated force sensor, rms, and a count of it.
+pub(super) const NOISE: Newtons = Newtons(0.05);
+pub(super) const COUNT: Newtons = Newtons(0.01);
 
 /// A virtual body.
 #[derive(Clone, Debug)]
@@ -50,6 +59,8 @@ pub(super) struct Body {
     pub(super) operator: LoopOperator,
     /// Lag of a lagged mass, s.
     pub(super) lag_s: Option<f64>,
+    /// Scheme of its operator, without a lag.
+    pub(super) scheme: Scheme,
 }
 
 /// Least and largest value of a key that takes one or both.
@@ -75,7 +86,7 @@ impl Body {
             let reason = format!("a body of nothing moves without end: give {BODY_DAMPING} too");
             return Err(table.fail_at(BODY_INERTANCE.key, reason).into());
         }
-        let operator = match lag_s {
+        let (scheme, operator) = match lag_s {
             Some(lag) => {
                 if order.get().to_bits() != 1.0_f64.to_bits() || table.has(&BODY_SCHEME) {
                     let reason = format!(
@@ -83,15 +94,17 @@ impl Body {
                     );
                     return Err(table.fail_at(BODY_LAG.key, reason).into());
                 }
-                LoopOperator::lagged_difference(lag / t).map_err(analysed)?
+                let operator = LoopOperator::lagged_difference(lag / t);
+                (Scheme::Exact, operator.map_err(analysed)?)
             }
-            None => operator(table, &BODY_SCHEME, order, Some(t))?.1,
+            None => operator(table, &BODY_SCHEME, order, Some(t))?,
         };
         Ok(Self {
             inertance,
             damping,
             operator,
             lag_s,
+            scheme,
         })
     }
 
@@ -104,12 +117,13 @@ impl Body {
     }
 }
 
-/// The robot of these keys: without bandwidth and dead time there is no verdict on it.
-fn robot(table: &Table<'_>, t: f64) -> Result<Robot, Failure> {
-    let motion = VelocityLoop::second_order(
+/// The robot of these keys, for the analysis and in virtual time: without bandwidth and dead time there is no verdict on it.
+fn robot(table: &Table<'_>, t: f64) -> Result<(Robot, SimulatedRobotConfig), Failure> {
+    let (frequency, ratio) = (
         table.required(&ROBOT_BANDWIDTH)?,
         table.number(&ROBOT_DAMPING)?,
     );
+    let motion = VelocityLoop::second_order(frequency, ratio).map_err(analysed)?;
     let filter = match table.number_if(&FORCE_CUTOFF)? {
         Some(cutoff_hz) => ForceFilter {
             cutoff_hz,
@@ -124,7 +138,18 @@ fn robot(table: &Table<'_>, t: f64) -> Result<Robot, Failure> {
     };
     let dead_time = table.required(&ROBOT_DEAD_TIME)?;
     let tool = table.number(&TOOL_MASS)?;
-    Robot::new(motion.map_err(analysed)?, dead_time, filter, tool, t).map_err(analysed)
+    let robot = Robot::new(motion, dead_time, filter, tool, t).map_err(analysed)?;
+    let turns = RobotLoop::second_order(Hertz(frequency), ratio).map_err(parameter)?;
+    let simulated = SimulatedRobotConfig {
+        dead_time: Seconds(dead_time),
+        sensor_lags: filter.lags,
+        sensor_bandwidth: Hertz(filter.cutoff_hz),
+        sensor_range: Newtons(1e9),
+        sensor_noise: NOISE,
+        sensor_resolution: COUNT,
+        ..SimulatedRobotConfig::of(Seconds(t), turns, RobotHand::relaxed())
+    };
+    Ok((robot, simulated))
 }
 
 /// The law in contact, if there is one. A spring alone has no order.
@@ -163,7 +188,7 @@ impl MovingDevice {
             return Err(table.fail_at(FELT_HIGH.key, reason).into());
         }
         let count = table.count_in(&POINTS, 2..=FREQUENCIES_MOST)?;
-        let robot = robot(table, t)?;
+        let (robot, simulated) = robot(table, t)?;
         let body = if table.flag(&BEST_BODY)? {
             if let Some(key) = BODY.iter().find(|key| table.has(key)) {
                 let reason =
@@ -195,6 +220,7 @@ impl MovingDevice {
             asked: rows([asked].into_iter().chain(in_place)).into(),
             around: Around {
                 robot,
+                simulated,
                 hands,
                 world,
             },
@@ -212,7 +238,7 @@ impl Around {
     }
 
     /// K and B of the world.
-    fn gains(law: &Law) -> [f64; 2] {
+    pub(super) fn gains(law: &Law) -> [f64; 2] {
         [law.stiffness, law.dissipation].map(|gain| gain.unwrap_or(0.0))
     }
 
@@ -234,6 +260,11 @@ impl Around {
         world: Option<AdmittanceWorld<'a>>,
     ) -> Result<AdmittanceLoop<'a>, Failure> {
         AdmittanceLoop::new(&self.robot, body.virtual_body(), hand, world).map_err(analysed)
+    }
+
+    /// True of ends that are not a twin of others, as those of a number that is alone.
+    pub(super) fn is_corner(&self, which: [usize; 3]) -> bool {
+        (which.iter().zip(&self.hands)).all(|(end, [low, high])| *end == 0 || low < high)
     }
 
     /// The hand of these ends: 0 the least, 1 the largest.

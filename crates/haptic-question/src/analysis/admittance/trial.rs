@@ -1,0 +1,207 @@
+//! A body tried in virtual time, in each corner of its hands, in free space and in its world, with a noisy sensor.
+//! ```text
+//! two runs of the same noise, one with a tap of 2 N for 0.1 s:   settled if the last fifth of their difference is at most 5 % of its peak
+//! ```
+//! The difference has no noise but that of counts, so a slow growth is seen beneath it. Seeds 1 to 5 in turn; a world of several elements, or a
+//! controller, is not tried.
+
+use crate::analysis::admittance::moving::{Around, Body};
+use crate::analysis::answer::HORIZON;
+use fracdiff::{Differintegrator, Order, Scheme, Seconds};
+use haptic_analysis::HandImpedance;
+use haptic_document::Failure;
+use haptic_loop::plant::{RobotHand, SimulatedRobot, SimulatedRobotConfig};
+use haptic_loop::units::{
+    Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre, Newtons,
+    NewtonsPerMetre, NewtonsPerSecond,
+};
+use haptic_loop::{
+    Admittance, Controller, LaggedRate, MotionChain, MotionLimits, SafetyChain, SpringDamper,
+    VirtualBody,
+};
+use haptic_trial::advice::parameter;
+
+const SEEDS: usize = 5;
+const TAP_N: f64 = 2.0;
+const TAP_S: f64 = 0.1;
+/// Length of a run, s, and most samples of one.
+const RUN_S: f64 = 10.0;
+const SAMPLES: f64 = 20_000.0;
+/// Share of the peak that may be left.
+const LEFT: f64 = 0.05;
+/// Limits that such a motion does not meet.
+const FAR: f64 = 1e3;
+
+/// What came of trials.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trials {
+    pub(super) runs: usize,
+    pub(super) settled: usize,
+}
+
+/// The trials of a body; `None` where its world is not tried.
+///
+/// # Errors
+/// A device that cannot be simulated.
+pub(super) fn trials(around: &Around, body: &Body) -> Result<Option<Trials>, Failure> {
+    let law = match &around.world {
+        Some(law) if !law.is_one_element() => return Ok(None),
+        law => law.as_ref(),
+    };
+    let free = (
+        [0.0; 2],
+        Order::new(0.0).map_err(Failure::input)?,
+        Scheme::Exact,
+    );
+    let world = law.map(|law| (Around::gains(law), law.order, law.scheme));
+    let mut settled = Vec::new();
+    for (gains, order, scheme) in [Some(free), world].into_iter().flatten() {
+        for which in 0..8_usize {
+            let ends = [0, 1, 2].map(|number| which >> number & 1);
+            if !around.is_corner(ends) {
+                continue;
+            }
+            let run = Run {
+                around,
+                hand: around.hand(ends),
+                gains,
+                order,
+                scheme,
+            };
+            settled.push(run.settles(body, settled.len() % SEEDS)?);
+        }
+    }
+    Ok(Some(Trials {
+        runs: settled.len(),
+        settled: settled.iter().filter(|settled| **settled).count(),
+    }))
+}
+
+/// One hand at one wall.
+struct Run<'a> {
+    around: &'a Around,
+    hand: HandImpedance,
+    /// K and B.
+    gains: [f64; 2],
+    order: Order,
+    scheme: Scheme,
+}
+
+impl Run<'_> {
+    fn settles(&self, body: &Body, seed: usize) -> Result<bool, Failure> {
+        let t = Seconds(self.around.robot.sample_time_s());
+        match body.lag_s {
+            Some(lag_s) => {
+                let rate = LaggedRate::new(Seconds(lag_s), t).map_err(parameter)?;
+                self.of(body, rate, seed)
+            }
+            None => {
+                let order = body.operator.order();
+                self.of(body, built(body.scheme, order, t)?, seed)
+            }
+        }
+    }
+
+    fn of<O: Differintegrator<f64> + Clone>(
+        &self,
+        body: &Body,
+        operator: O,
+        seed: usize,
+    ) -> Result<bool, Failure> {
+        let still = self.velocities(body, operator.clone(), seed, 0.0)?;
+        let tapped = self.velocities(body, operator, seed, TAP_N)?;
+        let changes = still.iter().zip(&tapped).map(|(a, b)| (b - a).abs());
+        let last = still.len() - still.len() / 5;
+        let (mut peak, mut left) = (0.0_f64, 0.0_f64);
+        for (n, change) in changes.enumerate() {
+            // A number that is none is not settled.
+            peak = if change <= peak { peak } else { change };
+            if n >= last {
+                left = if change <= left { left } else { change };
+            }
+        }
+        Ok(left <= LEFT * peak && peak.is_finite())
+    }
+
+    /// The command's velocity, sample by sample, m/s, with a tap of so many newtons.
+    fn velocities<O: Differintegrator<f64>>(
+        &self,
+        body: &Body,
+        operator: O,
+        seed: usize,
+        tap_n: f64,
+    ) -> Result<Vec<f64>, Failure> {
+        let t = Seconds(self.around.robot.sample_time_s());
+        let config = SimulatedRobotConfig {
+            hand: RobotHand {
+                mass: Kilograms(self.hand.mass_kg + self.around.robot.tool_mass_kg()),
+                damping: NewtonSecondsPerMetre(self.hand.damping_n_s_per_m),
+                stiffness: NewtonsPerMetre(self.hand.stiffness_n_per_m),
+            },
+            seed: 1 + seed as u64,
+            ..self.around.simulated
+        };
+        let robot = SimulatedRobot::<1>::new(config).map_err(parameter)?;
+        let damping = NewtonSecondsPerMetre(body.damping);
+        let body = VirtualBody::new(body.inertance, damping, operator).map_err(parameter)?;
+        let limits = MotionLimits {
+            following: Metres(FAR),
+            hand_energy: None,
+            stuck: None,
+            rest_time: Seconds(0.01),
+            ..MotionLimits::of(
+                MetresPerSecond(FAR),
+                MetresPerSecondSquared(1e6),
+                [Metres(-FAR)],
+                [Metres(FAR)],
+                config.sensor_range,
+            )
+        };
+        let chain = MotionChain::new(&limits, t).map_err(parameter)?;
+        let mut device = Admittance::new(robot, body, chain);
+        let samples = (RUN_S / t.0).min(SAMPLES) as usize;
+        let mut velocities = Vec::with_capacity(samples);
+        let rests = (limits.rest_time.0 / t.0) as usize + 2;
+        for _ in 0..rests {
+            if device.rest().is_err() {
+                return Ok(vec![f64::NAN]);
+            }
+        }
+        if device.arm().is_err() {
+            return Ok(vec![f64::NAN]);
+        }
+        let [stiffness, dissipation] = self.gains;
+        let memory = built(self.scheme, self.order, t)?;
+        let wall = SpringDamper::new(stiffness, dissipation, memory).map_err(parameter)?;
+        let safety =
+            SafetyChain::new(Newtons(1e9), NewtonsPerSecond(1e15), t).map_err(parameter)?;
+        let mut controller = Controller::<f64, 1, _>::new(wall, safety);
+        let mut engaged = controller.engage(&mut device);
+        for n in 0..samples {
+            let push = if (n as f64) * t.0 < TAP_S { tap_n } else { 0.0 };
+            engaged
+                .device_mut()
+                .robot_mut()
+                .set_hand_force([push].into());
+            if engaged.tick().is_err() {
+                velocities.push(f64::NAN);
+                break;
+            }
+            velocities.push(engaged.device().state().velocity_m_per_s()[0]);
+        }
+        Ok(velocities)
+    }
+}
+
+/// The operator of a scheme as it runs: the exact one with a memory of all of the run.
+fn built(
+    scheme: Scheme,
+    order: Order,
+    t: Seconds,
+) -> Result<fracdiff::scheme::Operator<f64>, Failure> {
+    let runs = match scheme {
+        Scheme::Exact => "full".parse().map_err(Failure::input)?,
+        other => other,
+    };
+    runs.build(order, t, HORIZON).map_err(Failure::input)
+}
