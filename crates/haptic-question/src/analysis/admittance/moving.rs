@@ -40,7 +40,7 @@ pub(crate) struct MovingDevice {
 #[derive(Clone, Debug)]
 pub(super) struct Around {
     pub(super) robot: Robot,
-    /// The same robot in virtual time, in no hand.
+    /// Its twin in virtual time, in no hand.
     pub(super) simulated: SimulatedRobotConfig,
     /// Least and largest mass, damping and stiffness.
     pub(super) hands: [[f64; 2]; 3],

@@ -32,7 +32,7 @@ const LEFT: f64 = 0.05;
 /// Limits that such a motion does not meet.
 const FAR: f64 = 1e3;
 
-/// What came of trials.
+/// The outcome of trials.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trials {
     pub(super) runs: usize,
@@ -114,7 +114,7 @@ impl Run<'_> {
         let last = still.len() - still.len() / 5;
         let (mut peak, mut left) = (0.0_f64, 0.0_f64);
         for (n, change) in changes.enumerate() {
-            // A number that is none is not settled.
+            // NaN does not settle.
             peak = if change <= peak { peak } else { change };
             if n >= last {
                 left = if change <= left { left } else { change };
