@@ -66,6 +66,7 @@ fn analysed(text: &str) -> Result<Value, Failure> {
     let document = Document::of_text(Path::new("form"), text);
     let parsed = document.parse()?;
     let known = [
+        "analyze-admittance",
         "analyze-stability",
         "analyze-transparency",
         "measure",
@@ -112,6 +113,10 @@ fn analysed(text: &str) -> Result<Value, Failure> {
 const WALL: &str = "order = 0.5\nstiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 8\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n\
                     sample_time_s = 0.002\n";
 
+/// A fractional body on a robot, against a soft wall.
+const ROBOT: &str = "body_inertance_n_s_mu_per_m = 4\nbody_order = 0.7\nbody_damping_n_s_per_m = 0.5\nbandwidth_hz = 10\ndead_time_s = 0.004\n\
+                     force_cutoff_hz = 30\nsample_time_s = 0.002\nstiffness_n_per_m = 500\n";
+
 fn answers() -> Result<Vec<(&'static str, Value)>, Failure> {
     let stop = AtomicBool::new(false);
     let record = RecordQuestion::of(&form::<RecordForm>(json!({})))?;
@@ -137,6 +142,10 @@ fn answers() -> Result<Vec<(&'static str, Value)>, Failure> {
         (
             "felt",
             analysed(&format!("[analyze-transparency]\n{WALL}"))?,
+        ),
+        (
+            "moving",
+            analysed(&format!("[analyze-admittance]\n{ROBOT}"))?,
         ),
         ("device", analysed("[measure]\nduration_s = 2\n")?),
         (
