@@ -5,12 +5,13 @@
 //! one member stable, 0 outside for every θ ⇒ all members are stable, as their poles move without a jump
 //! ```
 //! The second n is for generators that are parallel, as all of them are at θ = π. Between two angles the sum of the terms' ways is taken off, so no
-//! member's border is narrow enough to be missed; an interval that is not proved is halved. Towards rest, in a box with no spring at all, F falls
-//! as v·(b + `b_h`), a right angle from the springs: there b + `b_h` > 0 is the proof, below 1e-9 rad/sample by its limit alone.
+//! member's border is narrow enough to be missed; an interval that is not proved is halved. Towards rest all terms lie in one half plane, body and
+//! hand as v·(b + `b_h`) at a right angle from the springs: that is the proof there, below 1e-9 rad/sample by its limit alone.
 
 use super::closed::{AdmittanceLoop, AdmittanceNumber, NEAR_REST};
 use super::terms::{Family, Node, TERMS};
 use crate::AnalysisError;
+use certified_count::product;
 use core::f64::consts::PI;
 use fracdiff::parameter::{not_negative, range};
 
@@ -37,6 +38,8 @@ pub enum BoxVerdict {
     },
 }
 
+/// The first terms are those of body and hand, but for its stiffness.
+const MOVING: usize = 4;
 /// Halvings of a way between two angles; intervals looked at, at most.
 const HALVINGS: u32 = 50;
 const LOOKS: usize = 100_000;
@@ -241,7 +244,7 @@ impl<'a> AdmittanceBox<'a> {
             };
             let theta = 0.5 * (a.place.theta + b.place.theta);
             let middle = self.family.node(theta);
-            if self.is_clear(&a, &middle, &b) {
+            if self.is_one_sided(&a, &middle, &b) || self.is_clear(&a, &middle, &b) {
                 continue;
             }
             if depth == HALVINGS || self.holds_zero(&middle) {
@@ -251,6 +254,49 @@ impl<'a> AdmittanceBox<'a> {
             todo.push((middle, b, depth + 1));
         }
         todo.last().map(|(a, ..)| a.place.theta)
+    }
+
+    /// From a to b all members lie in one half plane: body and hand, which are never 0 there, and the springs and the dissipation, whose coefficients
+    /// only turn from their term's angle to nothing. Towards rest each term falls as a power of its own, and this alone is a proof with few steps.
+    fn is_one_sided(&self, a: &Node, middle: &Node, b: &Node) -> bool {
+        let ways = [self.family.ways(a, middle), self.family.ways(middle, b)];
+        let moved = |index: usize| ways[0].travel[index].max(ways[1].travel[index]);
+        let jets = &middle.terms.jets;
+        let mut held = num_complex::Complex::new(0.0, 0.0);
+        let mut error = 0.0;
+        for index in 0..MOVING {
+            held += jets[index].value * (0.5 * (self.low[index] + self.high[index]));
+            let noise = 8.0 * f64::EPSILON * middle.terms.rough[index];
+            error += product(self.high[index], moved(index) + noise);
+        }
+        let along = held.conj() / held.norm();
+        let (mut least, mut beside) = (held.norm() - error, error);
+        for index in 0..MOVING {
+            let turned = along * jets[index].value * (0.5 * (self.high[index] - self.low[index]));
+            least -= turned.re.abs();
+            beside += turned.im.abs();
+        }
+        // Not so of NaN either.
+        if !(least > 0.0) {
+            return false;
+        }
+        let spread = libm::atan2(beside, least);
+        let (mut first, mut last) = (held.arg() - spread, held.arg() + spread);
+        for index in MOVING..TERMS {
+            if self.high[index] == 0.0 {
+                continue;
+            }
+            let value = jets[index].value;
+            let noise = 8.0 * f64::EPSILON * middle.terms.rough[index];
+            let share = (moved(index) + noise) / value.norm();
+            if !(share < 1.0) {
+                return false;
+            }
+            let spread = libm::asin(share);
+            first = first.min(value.arg() - spread);
+            last = last.max(value.arg() + spread);
+        }
+        last - first < PI * (1.0 - 1e-9)
     }
 
     /// Room between 0 and the zonotope, and the direction in which it is largest.

@@ -59,6 +59,14 @@ fn a_body_that_is_stable_in_free_space_is_refused_for_a_soft_wall() {
 }
 
 #[test]
+fn a_tissue_that_creeps_is_proved_down_to_rest() {
+    // Towards rest its force falls as a power below 1, far above the damping of body and hand.
+    let keys = "body_order = 0.7\nbody_inertance_n_s_mu_per_m = 4\nbody_damping_n_s_per_m = 0.5\ntissue = \"prostate-healthy\"\n";
+    let found = ask(&format!("{ROBOT}{keys}")).expect("an answer");
+    assert_eq!(found.verdict(), "stable");
+}
+
+#[test]
 fn a_box_of_hands_has_its_largest_stiffness() {
     let keys = "body_order = 0.7\nbody_inertance_n_s_mu_per_m = 4\nbody_damping_n_s_per_m = 0.5\nhand_mass_kg = [0.5, 3]\nhand_damping_n_s_per_m = [5, 60]\n";
     let found = ask(&format!("{ROBOT}{keys}")).expect("an answer");
