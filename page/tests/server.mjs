@@ -1,20 +1,25 @@
-// The server of the browser tests: the mock, or the real one if HOST_CLI says where it is.
-import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+// The server of the browser tests: host-cli, over a folder with a wall, a relaxation and a touch.
+import { execFileSync, spawn } from "node:child_process";
+import { mkdtempSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { startMock } from "./mock-server.mjs";
+import { fileURLToPath } from "node:url";
 
-export const REAL = process.env.HOST_CLI !== undefined;
+const root = fileURLToPath(new URL("../../", import.meta.url));
+const HOST_CLI = process.env.HOST_CLI ?? join(root, "target/debug/host-cli");
 
-/** Starts one: its address, and how it is killed. */
+/** Runs of the folder. */
+export const [WALL, RELAX] = ["first/wall", "second/relax"];
+
+/** Starts one: its address, the size of the wall's log, and how it is killed. */
 export async function startServer() {
-  if (!REAL) {
-    const mock = await startMock();
-    return { address: mock.address, kill: () => mock.close(), again: () => startMock({ port: mock.port, token: mock.token }) };
-  }
-  const folder = mkdtempSync(join(tmpdir(), "page-"));
-  const child = spawn(process.env.HOST_CLI, ["serve", "--port", "0", "--no-browser", "--runs", folder], { stdio: ["ignore", "pipe", "pipe"] });
+  const runs = mkdtempSync(join(tmpdir(), "page-"));
+  for (const [folder, words] of [
+    ["first", ["run", join(root, "experiments/wall.toml")]],
+    ["second", ["relax", "--duration", "4s"]],
+    ["third", ["run", join(root, "experiments/touch-edge.toml")]],
+  ]) execFileSync(HOST_CLI, [...words, "--out", join(runs, folder), "-q"]);
+  const child = spawn(HOST_CLI, ["serve", "--port", "0", "--no-browser", "--runs", runs], { stdio: ["ignore", "pipe", "pipe"] });
   const address = await new Promise((resolve, reject) => {
     let said = "";
     const heard = (data) => {
@@ -29,10 +34,11 @@ export async function startServer() {
   const ended = new Promise((resolve) => child.on("exit", resolve));
   return {
     address,
+    wallBytes: statSync(join(runs, `${WALL}.mcap`)).size,
     kill: async () => {
       child.kill("SIGKILL");
       await ended;
-      rmSync(folder, { recursive: true, force: true });
+      rmSync(runs, { recursive: true, force: true });
     },
   };
 }

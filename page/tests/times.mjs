@@ -1,8 +1,8 @@
 // How long a person waits: node tests/times.mjs. It prints times, which are those of the machine, and fails only if the
 // map of Design is slow on it and slower than when the browser computed it.
-// Against the mock server; with HOST_CLI=path/to/host-cli against that. ROUNDS of loads, MOVES of a slider.
+// HOST_CLI=path/to/host-cli says which. ROUNDS of loads, MOVES of a slider.
 import { launch, open } from "./browser.mjs";
-import { REAL, startServer } from "./server.mjs";
+import { startServer } from "./server.mjs";
 
 const ROUNDS = Number(process.env.ROUNDS ?? 9);
 const MOVES = Number(process.env.MOVES ?? 120);
@@ -112,10 +112,8 @@ async function follow(view, knob, [from, step]) {
 const map = await follow("design", "order", [150, 5]);
 const ratio = median(map.times) / median(map.yardstick) / EARLIER;
 console.log(`Design, order to redrawn region: ${said(map.times)}; ${(ratio * EARLIER).toFixed(2)} yardsticks of ${median(map.yardstick).toFixed(2)} ms, ${ratio.toFixed(2)} times as long as in the browser`);
-if (REAL) {
-  console.log(`Control, crossover to redrawn loop: ${said((await follow("control", "crossover", [250, 1])).times)}`);
-  console.log(`Control, phase margin to redrawn loop: ${said((await follow("control", "phase margin", [500, 1])).times)}`);
-}
+console.log(`Control, crossover to redrawn loop: ${said((await follow("control", "crossover", [250, 1])).times)}`);
+console.log(`Control, phase margin to redrawn loop: ${said((await follow("control", "phase margin", [500, 1])).times)}`);
 
 /** From a hand that moves to a force that has risen by a twentieth. */
 async function felt() {
