@@ -118,15 +118,6 @@ def test_an_integer_pid_is_a_pid() -> None:
     assert pid.step(error[0], 0.0) == have[0]
 
 
-def test_a_limited_command_does_not_wind_up() -> None:
-    pid = Pid(0.01, proportional=1.0, integral=5.0, integral_order=0.9, low=-1.0, high=1.0)
-    for _ in range(500):
-        assert pid.step(10.0, 0.0) == 1.0
-    # The error turns, and so does the command, at once.
-    assert pid.step(-0.5, 0.0) < 1.0
-    assert pid.output(-0.5, 0.0) == pid.output(-0.5, 0.0)
-
-
 def test_a_tuned_loop_has_its_margin_and_keeps_its_overshoot() -> None:
     oven = plant("0.55exp(-s)/(62s+1)")
     tuned = design(oven, 0.05, math.radians(70), sample_time_s=0.1)
@@ -201,14 +192,6 @@ def test_a_loop_is_that_of_the_command_however_its_parts_are_given(tmp_path) -> 
         analyze(tmp_path / "none.toml", pid)
 
 
-def test_a_delay_margin_is_where_the_verdict_changes_inside_a_sample() -> None:
-    pid = Pid(0.1, proportional=12.0)
-    margin = analyze("1/(s+1)", pid)["margins"]["delay_margin_s"]
-    assert margin % 0.1 > 0.01
-    for share, stable in ((0.999, True), (1.001, False)):
-        assert analyze("1/(s+1)", pid, delay_s=share * margin)["stable"] is stable
-
-
 def test_a_plant_comes_back_from_arrays_and_from_a_table_and_is_tried_on_another(tmp_path) -> None:
     t = np.arange(120) * 0.05
     u = np.ones(120)
@@ -247,9 +230,6 @@ def test_a_cell_comes_back_from_its_impedance(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("given", "text"),
     [
-        ({"poles": 5}, "`poles` = 5 is not from 1 to 4: change it"),
-        ({"poles": 1, "model": "1/(s+1)"}, "exclude each other"),
-        ({"model": "1/(s+"}, "change `model`"),
         ({"delay_s": -1.0}, "`delay_s` = -1 is not from 0 to 86400 s"),
         ({"columns": "input=valve"}, "columns belong to tables"),
         ({"validate": ([0.0, 1.0], [1.0])}, "give \\(t, u, y\\)"),
@@ -264,35 +244,16 @@ def test_a_record_of_a_plant_is_refused_as_the_command_refuses_it(given, text: s
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: TransferFunction("1/(s^0.5+"), "."),
-        (lambda: TransferFunction("s^2/(s+1)"), "."),
         (lambda: TransferFunction("1/s", [(1.0, 1.0)]), "leave denominator out"),
         (lambda: TransferFunction([(1.0, 0.0)]), "denominator is missing"),
-        (lambda: TransferFunction([(math.nan, 0.0)], [(1.0, 1.0)]), "NaN"),
-        (lambda: TransferFunction("1/(s^0.5+1)").step_response(0.0, 10), "."),
         (lambda: TransferFunction("1/(s^0.5+1)").step_response(0.1, 10, "tustin"), "rule"),
         (lambda: TransferFunction.from_control(ct.tf([1], [1, 1], 0.1)), "discrete"),
         (lambda: plant(3), "a int is no plant"),
         (lambda: plant("1/(s+1)", 1.0), "dead time"),
         (lambda: plant(TransferFunction("1/(s+1)"), -1.0), "dead time"),
-        (lambda: Pid(0.01, proportional=math.inf), "inf"),
-        (lambda: Pid(0.01, integral=1.0, integral_order=3.0), "3"),
-        (lambda: Pid(0.01, low=1.0, high=0.0), "lower limit"),
-        (lambda: Pid(0.0, proportional=1.0, integral=1.0), "."),
         (lambda: design(plant("1/(s+1)"), 1.0, noise="10"), "`noise`: \"10\" is not FREQUENCY:GAIN"),
-        (lambda: design(plant("1/(s+1)"), 1.0, step=0.0), "give `step` another height"),
-        (lambda: design(plant("1/(s+1)"), 1.0, output_limits=(1.0, 0.0)), "is not below the high limit"),
-        (lambda: design("1/(s+1)", -1.0), "crossover"),
-        (lambda: design("1/(s+1)", 1.0, 4.0), "phase margin"),
         (lambda: simulate("1/(s+1)", Pid(0.01, proportional=1.0), reference=[[1.0]]), "reference has the shape"),
-        (lambda: simulate("1/(s+1)", "2", sample_time_s=0.01, reference=[0.0, math.nan]), "the reference: NaN of sample 1 is not"),
-        (lambda: simulate("1/(s+1)", "2", sample_time_s=0.01, reference=[0.0, 1.0], step=1.0), "`step` and `reference` exclude"),
-        (lambda: simulate("1/(s+1)"), "give `duration_s`, as in 20s, or `controller`"),
-        (lambda: analyze("1/(s+1)", "2"), "give `sample_time_s`, as in 1ms"),
-        (lambda: analyze("1/(s+1)", scheme="full"), "`scheme` has no effect without a controller"),
         (lambda: analyze("1/(s+1)", mass_kg=1.0), "`mass_kg` belongs to a device"),
-        (lambda: analyze(mass_kg=0.0), "`mass_kg` = 0 is not above 0"),
-        (lambda: analyze(), "no plant: give `plant`"),
         (lambda: analyze(3), "a int is no plant here: give a Plant, a text or a path"),
     ],
 )
@@ -337,15 +298,3 @@ def test_a_reading_that_is_no_number_holds_the_command() -> None:
     assert pid.step(1.0, math.inf) == 0.0
     assert math.isfinite(pid.step(1.0, 0.25))
     assert pid.missed == 0
-
-
-def test_noise_of_the_derivative_leaves_the_integral_alone() -> None:
-    pid = Pid(
-        1e-3, proportional=2.0, integral=3.0, derivative=0.05, low=-1.0, high=1.0, proportional_weight=0.0
-    )
-    noise = np.random.default_rng(1).normal(0.0, 0.005, 20000)
-    y, fall, seen = 0.0, math.exp(-1e-3), []
-    for error in noise:
-        y = fall * y + (1.0 - fall) * pid.step(0.5, y + error)
-        seen.append(y)
-    assert abs(np.mean(seen[10000:]) - 0.5) < 0.025

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from fractional_haptics import analysis, experiment, log, plot, tissue
-from fractional_haptics.analysis import Device, Loop, region
 
 SHORT = {"duration_s": 3.0, "ramp_time_s": 0.5}
 WALL = {
@@ -72,17 +71,6 @@ def test_creep_reaches_its_strain() -> None:
     run = experiment.creep(duration_s=3.0)
     assert run["closed_form_strain"][-1] > 0
     assert abs(run["simulated_strain"][-1] / run["closed_form_strain"][-1] - 1) < 0.05
-
-
-def test_a_wall_is_stable_where_the_analysis_says_so() -> None:
-    device = Device(WALL["mass_kg"], WALL["damping_n_s_per_m"])
-    limit = region(device, 0.5, 2e-3, "full").stiffness_max_n_per_m
-    for stiffness, stable in ((3000.0, True), (1.5 * limit, False)):
-        run = experiment.wall(**{**WALL, "stiffness_n_per_m": stiffness})
-        # What grows ends at the limit of the force.
-        assert (run.report["verdict"] == "stable") is stable
-        assert run.report["analysis_agrees"] is True
-        assert Loop(device, stiffness, 30.0, 0.5, 2e-3, "full").verdict().stable is stable
 
 
 def test_a_run_that_a_fault_ends_raises_with_its_report(tmp_path: Path) -> None:
@@ -272,22 +260,12 @@ def test_a_cut_log_is_read_as_far_as_it_goes(tmp_path) -> None:
     ("call", "text"),
     [
         (lambda: experiment.relax(strain=5.0), r"^strain = 5 is not above 0 and at most 1"),
-        (lambda: experiment.relax(strain=float("nan")), "strain = NaN|strain = nan"),
         (lambda: experiment.relax(strian=0.5), "strian"),
-        (lambda: experiment.relax(strain="much"), "strain"),
         (lambda: experiment.relax(strain=[0.5]), "strain is an array, not a number"),
         (lambda: experiment.relax(tissue="jelly"), "jelly"),
-        (lambda: experiment.relax(scheme="exact"), "exact"),
-        (lambda: experiment.wall(**{**WALL, "order": 3.0}), "order = 3"),
         (lambda: experiment.wall(mass_kg=1.0), "missing|give"),
         (lambda: experiment.relax(**SHORT, force_unstable=True), "serial devices"),
-        (lambda: experiment.zwidth(orders=[3.0]), "orders has 3"),
-        (lambda: experiment.zwidth(orders=[1.0], points=0), "points"),
         (lambda: experiment.zwidth(order=1.0), "order"),
-        (lambda: experiment.design(wish="soft"), "wish"),
-        (lambda: experiment.design(wish="tissue"), "needs one"),
-        (lambda: experiment.design(wish="most-damping"), "missing key `frequency_hz`"),
-        (lambda: experiment.design(orders=[]), "orders"),
         (lambda: log.read_log(__file__), "MCAP"),
     ],
 )

@@ -46,24 +46,10 @@ def weights_by_recurrence(order: float, count: int) -> np.ndarray:
 def test_a_record_is_its_defining_sum(order: float) -> None:
     x = noise(500)
     weights = weights_by_recurrence(order, 500)
+    np.testing.assert_allclose(grunwald_weights(order, 500), weights.astype(float), rtol=1e-13)
     want = np.array([weights[: n + 1] @ x[n::-1] for n in range(500)], dtype=float) * T**-order
     have = differintegrate(x, order, T)
     assert np.max(np.abs(have - want)) < 1e-12 * T**-order * np.sum(np.abs(weights)) * np.max(np.abs(x))
-
-
-def test_half_derivative_of_a_ramp_is_its_closed_form() -> None:
-    t = np.arange(2000) * T
-    y = differintegrate(t, 0.5, T, "piecewise-linear")
-    assert np.allclose(y, 2 * np.sqrt(t / math.pi), rtol=0, atol=1e-12)
-
-
-def test_the_second_order_scheme_converges_so() -> None:
-    # D^0.5 of t^3 at t = 1 is Γ(4)/Γ(3.5): halving T makes the error four times smaller.
-    def error(n: int) -> float:
-        t = np.linspace(0, 1, n + 1)
-        return abs(differintegrate(t**3, 0.5, 1 / n, "full-bdf2")[-1] - math.gamma(4) / math.gamma(3.5))
-
-    assert 3.9 < error(200) / error(400) < 4.1
 
 
 def test_channels_lie_along_any_axis() -> None:
@@ -111,14 +97,6 @@ def test_a_stream_is_the_convolution_with_its_weights(scheme: str) -> None:
     operator = Operator(0.4, T, scheme)
     want = fftconvolve(x, operator.weights(400))[:400]
     np.testing.assert_allclose(operator.process(x), want, rtol=0, atol=1e-11 * np.max(np.abs(want)))
-
-
-def test_a_full_memory_holds_its_tolerance() -> None:
-    x = np.cumsum(noise(20_000)) * 1e-3
-    want = differintegrate(x, 0.5, T)
-    have = Operator(0.5, T, "full:1e-6", horizon=20.0).process(x)
-    # ε·T^(−μ)·Σ c_j·|Δx|, with every weight at most 1.
-    assert np.max(np.abs(have - want)) < 1e-6 * T**-0.5 * np.sum(np.abs(np.diff(x, prepend=0)))
 
 
 @pytest.mark.parametrize("scheme", ["muir:7", "tustin-muir:9", "oustaloup:5:0.1:100"])
@@ -183,25 +161,12 @@ def test_what_has_no_matrices_says_so() -> None:
             state_space(Operator(0.5, T, scheme))
 
 
-def test_weights_are_those_of_the_recurrence() -> None:
-    np.testing.assert_allclose(grunwald_weights(0.3, 1000), weights_by_recurrence(0.3, 1000).astype(float), rtol=1e-14)
-
-
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_a_sample_of_a_record_that_is_not_finite_is_refused_with_its_index(bad: float) -> None:
     for scheme in ("exact", "grunwald:5", "muir:3"):
         for x, place in (([0.0, 1.0, bad], "sample 2 of channel 0"), (np.array([[0.0, 1.0], [bad, 1.0]]), "sample 0 of channel 1")):
             with pytest.raises(ValueError, match=f"{place} of x is .*: fill the gap"):
                 differintegrate(x, 0.5, T, scheme)
-
-
-def test_a_nan_stays_in_a_stream_until_it_is_reset() -> None:
-    x = np.ones(50)
-    x[20] = np.nan
-    operator = Operator(0.5, T)
-    assert np.isnan(operator.process(x)[20:]).all()
-    operator.reset()
-    assert np.isfinite(operator.step(1.0))
 
 
 def test_any_layout_and_any_real_type_is_taken() -> None:
@@ -224,26 +189,16 @@ def test_any_layout_and_any_real_type_is_taken() -> None:
     ("call", "text"),
     [
         (lambda: differintegrate([1.0], 2.5, T), r"order 2\.5 is not in \[-2, 2\]"),
-        (lambda: differintegrate([1.0], math.nan, T), r"order NaN"),
-        (lambda: differintegrate([1.0], 0.5, 0.0), "sample time 0"),
         (lambda: differintegrate([1.0], 0.5, T, "gruenwald"), "is not one of full"),
-        (lambda: differintegrate([1.0], 0.5, T, "grunwald:0"), "memory length 0 is not in"),
         (lambda: differintegrate(1.0, 0.5, T), "must have an axis"),
         (lambda: differintegrate([1.0], 0.5, T, axis=1), "axis 1 is not one of the 1"),
         (lambda: differintegrate([1j], 0.5, T), "complex128"),
         (lambda: differintegrate(["a"], 0.5, T), "astype"),
         (lambda: differintegrate([[1.0], [1.0, 2.0]], 0.5, T), "."),
-        (lambda: Operator(0.5, T, "exact"), "for analysis only"),
-        (lambda: Operator(0.5, -1.0), "sample time -1"),
-        (lambda: Operator(0.5, T, "full:1e-30"), "tolerance"),
-        (lambda: Operator(0.5, T, horizon=math.nan), "horizon"),
-        (lambda: Operator(0.5, T, horizon=1e30), "horizon"),
         (lambda: Operator(0.5, T).process([[1.0]]), r"block has the shape \(1, 1\)"),
         (lambda: Operator(0.5, T).process([True]), "bool"),
         (lambda: Operator(0.5, T).process(None), "block"),
         (lambda: Operator(0.5, T).frequency_response([0.0, 4e3]), r"omega\[1\] = 4000 rad/s"),
-        (lambda: Operator(0.5, T).frequency_response([-1.0]), r"omega\[0\] = -1"),
-        (lambda: grunwald_weights(3.0, 4), "order 3"),
     ],
 )
 def test_what_is_wrong_is_refused_with_a_reason(call, text: str) -> None:

@@ -134,20 +134,14 @@ def test_every_part_of_a_device_is_read() -> None:
     ("call", "error", "text"),
     [
         (lambda: analysis.Device("65 mm"), ValueError, 'mass_kg: "65 mm" is not a mass: .* kg, g'),
-        (lambda: analysis.Device("0,065 kg"), ValueError, "write 0.065kg, without a comma"),
         (lambda: analysis.Device("-65 g"), ValueError, "mass -0.065 kg is not above 0"),
-        (lambda: analysis.Device("heavy"), ValueError, '"heavy" is not a mass'),
         (lambda: analysis.Device(65), ValueError, "mass_kg: 65 has no unit: write 65g, or 65kg if it is that"),
-        (lambda: analysis.Device("65"), ValueError, "mass_kg: 65 has no unit"),
-        (lambda: analysis.Device(mass=65.0), ValueError, "mass_kg: 65 has no unit"),
-        (lambda: analysis.Device(0.065, delay=20), ValueError, "delay_s: 20 has no unit: write 20ms, or 20s"),
         (lambda: analysis.Device(*[0.1] * 6), TypeError, "has 5 numbers"),
         (lambda: analysis.Device(), TypeError, r'needs its mass: Device\("65 g"\)'),
         (lambda: analysis.Device("65 g", mas="65 g"), TypeError, "did you mean `mass_kg`"),
         (lambda: analysis.Device("65 g", mass="65 g"), TypeError, "mass_kg is given twice"),
         (lambda: analysis.Device("65 g", stifness=3), TypeError, "unexpected keyword stifness"),
         (lambda: analysis.Device([0.065]), TypeError, "list|real number"),
-        (lambda: analysis.Device("65 g", delay="1 kg"), ValueError, 'delay_s: "1 kg" is not a time'),
     ],
 )
 def test_a_device_that_cannot_be_read_says_why(call: Callable[[], Any], error: type[Exception], text: str) -> None:

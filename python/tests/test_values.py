@@ -155,21 +155,6 @@ for call in (
     assert (ran.returncode, ran.stdout.split()) == (0, ["True"] * 3), ran.stderr
 
 
-@pytest.mark.parametrize(
-    ("call", "text"),
-    [
-        (lambda: analysis.Device(-1, 3), "mass -1 kg is not above 0 kg"),
-        (lambda: analysis.Device(0.1, -3), "damping -3 N·s/m is not at least 0"),
-        (lambda: analysis.Device(0.1, float("nan")), "damping NaN"),
-        (lambda: analysis.Device(0.1, 3, delay_s=-1e-3), "delay -0.001 s"),
-        (lambda: analysis.LinearPlant([[0.0]], [1.0], [1.0], current_lag_s=-1.0), "current lag -1 s"),
-    ],
-)
-def test_a_device_that_cannot_be_is_refused_where_it_is_made(call: Callable[[], object], text: str) -> None:
-    with pytest.raises(ValueError, match=text):
-        call()
-
-
 MASKED = np.ma.masked_array([1.0, 2.0, 3.0], [False, True, False])
 
 

@@ -2,8 +2,8 @@
 //! leaves, and how often intervals hold the truth.
 //! `CAMPAIGN_CASES` sets how many.
 
-use super::largest;
-use super::recovery::{holds, noise};
+use super::recovery::noise;
+use super::{holds, largest};
 use haptic_tissue::{Model, ModelKind};
 use measured_table::{Column, Columns};
 use testkit::Random;

@@ -1,11 +1,10 @@
 //! Layouts from public bug reports: the same tissue comes out of each as out of its numbers alone.
 
 use super::layouts::reader;
-use super::{candidate, one};
-use haptic_loop::{Loading, LoadingKind};
+use super::{candidate, one, read_public, sphere, told, values};
 use measured_table::{Reader, read_table};
 use std::path::PathBuf;
-use testkit::{assert_close, assert_relative};
+use testkit::{assert_close, assert_refused, assert_relative, assert_says};
 use tissue_identification::{ContactPoint, IdentifyError, TableDetails};
 
 /// A file, the options that it needs, Pa·s^α and α of its spring-pot, and how many samples it has.
@@ -64,18 +63,10 @@ fn reading(name: &str) -> TableDetails {
     let is_small = name.starts_with("lines");
     let mut pressed = ["m3", "c28", "c29"].iter();
     let is_pressed = is_small || pressed.any(|start| name.starts_with(start));
-    let sphere = Loading {
-        radius_m: Some(if is_small { 27.5e-6 } else { 5e-3 }),
-        ..Loading::new(LoadingKind::Sphere)
-    };
-    TableDetails {
-        loading: if is_pressed {
-            sphere
-        } else {
-            TableDetails::default().loading
-        },
-        loading_is_told: is_pressed,
-        ..TableDetails::default()
+    if is_pressed {
+        told(sphere(if is_small { 27.5e-6 } else { 5e-3 }))
+    } else {
+        TableDetails::default()
     }
 }
 
@@ -89,8 +80,7 @@ fn a_tissue_does_not_depend_on_the_layout_of_its_record() {
         assert_eq!(record.samples().to_string(), samples, "{name}");
         let found = one(&record, candidate("spring-pot"));
         let number = |cell: &str| cell.parse().expect("a number");
-        let values = found.fits[0].parameters.iter().map(|p| p.value);
-        let values: Vec<f64> = values.collect();
+        let values = values(&found);
         // The cases are written with six digits.
         assert_relative(&name, values[0], number(&viscosity), 1e-4);
         assert_close(&name, values[1], number(&order), 1e-4);
@@ -103,21 +93,13 @@ fn what_a_case_leaves_open_is_asked() {
         let table = read_table(&bytes(&name)).expect(&name);
         let columns = Reader::default().read(table).map_err(IdentifyError::from);
         let refused = columns.and_then(|columns| reading(&name).record(columns));
-        let message = refused.expect_err(&name).to_string();
-        for wanted in wanted.split(" & ") {
-            assert!(message.contains(wanted), "{name}: {message}");
-        }
+        assert_refused(refused, &wanted);
     }
 }
 
 /// Public files with how many segments each has; the folder is not part of the repository.
 #[test]
 fn public_files_are_taken_apart() {
-    let folders = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
-    let mut folders = folders.map(|folder| folder.join("shared/data/public"));
-    let Some(folder) = folders.find(|folder| folder.is_dir()) else {
-        return testkit::skip("the folder of public records is not here");
-    };
     for [name, segments, rows] in testkit::table(
         r"
         laponite-relaxation-600.csv | 1 | 26
@@ -132,8 +114,10 @@ fn public_files_are_taken_apart() {
         ta-trios-several-techniques.txt | 2 | 29
         ",
     ) {
-        let bytes = std::fs::read(folder.join(&name)).expect(&name);
-        let table = read_table(&bytes).expect(&name);
+        let Some([text]) = read_public([name.as_str()]) else {
+            return;
+        };
+        let table = read_table(text.as_bytes()).expect(&name);
         let found = Reader::default().segments(&table).expect(&name);
         assert_eq!(found.len().to_string(), segments, "{name}");
         assert_eq!(found[0].rows.to_string(), rows, "{name}");
@@ -150,15 +134,9 @@ fn a_contact_is_found_and_what_shrinks_is_left_out_aloud() {
         ",
     ) {
         let number = |cell: &str| -> f64 { cell.parse().expect("a number") };
-        let loading = Loading {
-            radius_m: Some(number(&radius)),
-            ..Loading::new(LoadingKind::Sphere)
-        };
         let details = TableDetails {
-            loading,
-            loading_is_told: true,
             contact: ContactPoint::Fitted,
-            ..TableDetails::default()
+            ..told(sphere(number(&radius)))
         };
         let columns = reader(&options).read(read_table(&bytes(&name)).expect(&name));
         let record = details.record(columns.expect(&name)).expect(&name).record;
@@ -172,10 +150,6 @@ fn a_contact_is_found_and_what_shrinks_is_left_out_aloud() {
             number(&contact_mm),
             1e-2,
         );
-        let is_said = found
-            .warnings
-            .iter()
-            .any(|warning| warning.starts_with(&said));
-        assert!(is_said, "{name}: {:?}", found.warnings);
+        assert_says(&super::said(&found), &said);
     }
 }

@@ -1,7 +1,7 @@
 //! Where an indenter touches, and what its force is without: the truth comes out, as often as the intervals promise.
 
-use super::{candidate, evenly, largest, normal};
-use haptic_loop::{Loading, LoadingKind, Specimen};
+use super::{among, candidate, evenly, holds, is_inside, largest, normal, said};
+use haptic_loop::Specimen;
 use haptic_tissue::{Model, ModelKind};
 use nalgebra::DMatrix;
 use testkit::{assert_close, assert_refused, assert_relative, assert_says};
@@ -15,11 +15,7 @@ const TISSUE: [f64; 2] = [3000.0, 0.2];
 const DEPTH: f64 = 1e-3;
 
 fn sphere() -> Specimen {
-    let loading = Loading {
-        radius_m: Some(5e-3),
-        ..Loading::new(LoadingKind::Sphere)
-    };
-    Specimen::new(loading, 0.5, 0.0).expect("a sphere")
+    Specimen::new(super::sphere(5e-3), 0.5, 0.0).expect("a sphere")
 }
 
 /// Times, depths from the contact on and forces of a press: at rest, a ramp of 1 s, a hold.
@@ -94,9 +90,8 @@ impl Press {
 
 fn fitted(record: &Record, baseline: Option<Baseline>) -> Result<Identification, IdentifyError> {
     let options = Options {
-        candidates: vec![candidate("spring-pot")],
         baseline,
-        ..Options::default()
+        ..among(&[candidate("spring-pot")])
     };
     identify(record, &options, &|_| ())
 }
@@ -152,8 +147,7 @@ fn inside(count: u64, seeds: impl Iterator<Item = u64>) -> [usize; 4] {
             .chain(&found.placement)
             .zip(truth);
         for (one, (found, truth)) in inside.iter_mut().zip(all) {
-            let low = found.low_95.is_none_or(|low| low <= truth);
-            *one += usize::from(low && found.high_95.is_none_or(|high| truth <= high));
+            *one += usize::from(holds(found, truth));
         }
     }
     inside
@@ -192,13 +186,7 @@ fn counts(count: u64, seeds: impl Iterator<Item = u64>) -> [[usize; 2]; 2] {
                 Ok(record) => {
                     let found = fitted(&record, None).expect("fits");
                     let off = (found.fits[0].parameters[0].value / TISSUE[0] - 1.0).abs();
-                    (
-                        off,
-                        found
-                            .warnings
-                            .iter()
-                            .any(|one| one.contains("fits better with")),
-                    )
+                    (off, said(&found).contains("fits better with"))
                 }
             };
             let group = match matters {
@@ -274,12 +262,8 @@ fn a_late_contact_is_found() {
     );
     assert_relative("given.rms", given.rms, found.fits[0].rms, 1e-4);
     let missed = fitted(&read(ContactPoint::Zero), None).expect("fits");
-    let message = missed
-        .warnings
-        .iter()
-        .find(|one| one.contains("fits better with"))
-        .expect("told");
-    assert_says(&message, "touches at -0.1 & give `contact_point_m` = fit");
+    let wanted = "fits better with & touches at -0.1 & give `contact_point_m` = fit";
+    assert_says(&said(&missed), wanted);
 }
 
 /// The offset of the file is 5 % of its largest force, 0.647 mN.
@@ -301,11 +285,7 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
         assert_eq!((offset.name, offset.unit), ("baseline_n", "N"));
         assert_close("offset.value", offset.value, 6.47e-4, 0.03e-3);
         for drift in &found.placement[1..] {
-            assert!(
-                drift.low_95.is_some_and(|low| low < 0.0)
-                    && drift.high_95.is_some_and(|high| high > 0.0),
-                "{drift:?}"
-            );
+            assert!(is_inside(drift, 0.0), "{drift:?}");
         }
         // What is drawn is what was measured, with the baseline in the model.
         assert_eq!(found.measured.len(), found.fits[0].predicted.len());
@@ -314,12 +294,7 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
         assert_relative("rms", rms, found.fits[0].rms, 1e-9);
     }
     let missed = fitted(&record, None).expect("fits");
-    let message = missed
-        .warnings
-        .iter()
-        .find(|one| one.contains("fits better with"))
-        .expect("told");
-    assert_says(&message, "`baseline` = constant");
+    assert_says(&said(&missed), "fits better with & `baseline` = constant");
 }
 
 #[test]
@@ -329,14 +304,8 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
         stiffening: true,
         ..Options::default()
     };
-    let refused = |record: &Record, options: &Options| {
-        identify(record, options, &|_| ())
-            .expect_err("refused")
-            .to_string()
-    };
-    let message = refused(&record, &stiffening);
-    assert_says(
-        &message,
+    assert_refused(
+        identify(&record, &stiffening, &|_| ()),
         "`contact_point_m` is not fitted together with `stiffening`",
     );
     assert_refused(
@@ -349,15 +318,16 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
         baseline: Some(Baseline::Constant),
         ..Options::default()
     };
-    let message = refused(&two, &baseline);
-    assert_says(
-        &message,
+    assert_refused(
+        identify(&two, &baseline, &|_| ()),
         "`baseline` is fitted to one motion, and there are 2",
     );
     let step =
         Record::relaxation(vec![1.0, 2.0, 3.0, 4.0], vec![4.0, 3.0, 2.5, 2.0]).expect("valid");
-    let message = refused(&step, &baseline);
-    assert_says(&message, "the record is of kind relaxation: omit it");
+    assert_refused(
+        identify(&step, &baseline, &|_| ()),
+        "the record is of kind relaxation: omit it",
+    );
     assert_refused(late(ContactPoint::At(2e-3)), "the depth is never above 0");
 }
 
@@ -440,6 +410,6 @@ fn errors_that_cancel_at_one_frequency_are_told() {
         forces.collect(),
     );
     let read = Record::pressed(times, depths, forces, &sphere()).expect("valid");
-    let message = fitted(&read, None).expect("fits").warnings.join("\n");
+    let message = said(&fitted(&read, None).expect("fits"));
     assert_says(&message, "contact_point_m` = fit and `baseline` = constant");
 }

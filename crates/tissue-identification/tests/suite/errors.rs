@@ -1,12 +1,11 @@
 //! Errors of the rows of a table as weights: made tables whose noise differs from row to row, from closed forms that need no library.
 
-use super::{fit, normal};
+use super::{among, fit, normal, understood};
 use haptic_tissue::ModelKind;
 use measured_table::{Reader, read_table};
 use testkit::{Random, assert_refused, assert_relative, assert_says};
 use tissue_identification::{
-    Baseline, Estimate, Identification, IdentifyError, Options, Record, TableDetails, Understood,
-    Weighting,
+    Baseline, Estimate, Identification, Options, Record, TableDetails, Weighting,
 };
 
 /// A made table, its model and its parameters.
@@ -92,11 +91,9 @@ fn made(seed: u64) -> Made {
 }
 
 fn identified(text: &str, options: &Options) -> Identification {
-    let columns = Reader::default().read(read_table(text.as_bytes()).expect("a table"));
-    let read = TableDetails::default().record(columns.expect("columns"));
+    let read = understood(text, &TableDetails::default());
     let read = read.unwrap_or_else(|error| panic!("{error}\n{text}"));
-    let notes = read.notes.join("\n");
-    assert_says(&notes, "is taken for the errors of the");
+    assert_says(&read.notes.join("\n"), "is taken for the errors of the");
     fit(&read.record, options)
 }
 
@@ -117,10 +114,9 @@ fn coverage(seeds: std::ops::Range<u64>, weighting: Weighting) -> (f64, f64) {
     for seed in seeds {
         let made = made(seed);
         let options = Options {
-            candidates: vec![made.kind],
             starts: 4,
             weighting,
-            ..Options::default()
+            ..among(&[made.kind])
         };
         let found = identified(&made.text, &options);
         let (count, width) = inside(&found, &made.truth);
@@ -183,9 +179,8 @@ fn a_spring_is_the_straight_line_of_weighted_least_squares() {
         text += &format!("{n},{},{},{}\n", strain[n], stress[n], errors[n]);
     }
     let options = Options {
-        candidates: vec![ModelKind::Spring],
         baseline: Some(Baseline::Constant),
-        ..Options::default()
+        ..among(&[ModelKind::Spring])
     };
     let found = identified(&text, &options);
     // The first row, at rest, is not compared.
@@ -200,9 +195,8 @@ fn the_bootstrap_draws_each_row_by_its_own_error() {
     let made = made(0);
     let [drawn, plain] = [300, 0].map(|bootstrap| {
         let options = Options {
-            candidates: vec![made.kind],
             bootstrap,
-            ..Options::default()
+            ..among(&[made.kind])
         };
         inside(&identified(&made.text, &options), &made.truth).1
     });
@@ -220,21 +214,15 @@ fn errors_that_are_none_are_refused_with_row_and_remedy() {
         let text = format!(
             "time_s,modulus_pa,SD\n1,9,1\n2,8,1\n3,7,{error}\n4,6,1\n5,5,1\n6,4,1\n7,4,1\n8,4,1\n9,4,1\n10,3,1\n11,3,1\n12,3,1\n"
         );
-        let read = |reader: &Reader| -> Result<Understood, IdentifyError> {
-            let columns = reader.read(read_table(text.as_bytes()).expect("a table"))?;
-            TableDetails::default().record(columns)
-        };
-        let refused = read(&Reader::default()).expect_err(error).to_string();
-        for words in ["line 4", row, "omit the row, or give"] {
-            assert_says(&refused, words);
-        }
-        assert!(!refused.contains('\n'), "{refused}");
+        let words = format!("line 4 & {row} & omit the row, or give");
+        assert_refused(understood(&text, &TableDetails::default()), &words);
         let skipping = Reader {
             skip_bad_rows: true,
             ..Reader::default()
         };
-        let understood = read(&skipping).expect("the other rows");
-        assert_eq!(understood.record.samples(), 11);
+        let columns = skipping.read(read_table(text.as_bytes()).expect("a table"));
+        let read = TableDetails::default().record(columns.expect("columns"));
+        assert_eq!(read.expect("the other rows").record.samples(), 11);
     }
 }
 
@@ -250,13 +238,12 @@ fn what_errors_are_taken_for_is_said() {
     let mut details = TableDetails::default();
     (details.loading.area_m2, details.loading.thickness_m) = (Some(1e-4), Some(0.01));
     for [text, words] in testkit::table(SAID) {
-        let columns = Reader::default().read(read_table(text.as_bytes()).expect("a table"));
         let details = if text.contains("force") {
             details
         } else {
             TableDetails::default()
         };
-        let read = details.record(columns.expect("columns")).expect(&text);
+        let read = understood(&text, &details).expect(&text);
         assert_says(&read.notes.join("\n"), &words);
     }
     let record = Record::relaxation(vec![1.0, 2.0], vec![2.0, 1.0]).expect("valid");

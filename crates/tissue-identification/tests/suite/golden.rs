@@ -1,7 +1,7 @@
 //! The best of 40 random starts of `SciPy` on the same residual, and the figures of the theory for fish muscle.
 
-use super::{candidate, fish, fit, one};
-use haptic_tissue::{Model, ModelKind};
+use super::{candidate, fish, fit, one, said, values};
+use haptic_tissue::ModelKind;
 use testkit::{assert_close, assert_says};
 use tissue_identification::{CANDIDATES, Identification, Options, Record};
 
@@ -93,7 +93,7 @@ fn fish_muscle_is_the_fractional_maxwell_model_of_the_theory() {
         );
     }
     // And it is a minimum: any other value of a parameter fits worse.
-    let best: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
+    let best = values(&found);
     let record = fish();
     let rms = |values: &[f64]| {
         let model = testkit::tissue::model(ModelKind::FractionalMaxwell, values);
@@ -144,41 +144,7 @@ fn the_record_chooses_and_says_what_it_cannot_tell() {
     };
     let found = fit(&record, &options);
     assert_eq!(found.fits[0].kind, ModelKind::FractionalMaxwell);
-    let message = found.warnings.join("\n");
-    assert_says(&message, "the simpler spring-pot is as good");
+    assert_says(&said(&found), "the simpler spring-pot is as good");
     let auto = fit(&record, &Options::default());
     assert_eq!(auto.fits[0].kind, ModelKind::SpringPot);
-}
-
-/// A classical model is the fractional one at the ends of its orders, and its tissue has the classical name.
-#[test]
-fn a_classical_record_gives_a_classical_model() {
-    let zener = Model::from_parameters(ModelKind::Zener, &[2e3, 5e3, 800.0]).expect("valid");
-    let omega: Vec<f64> = (0..60)
-        .map(|i| 10_f64.powf(-2.0 + 0.08 * f64::from(i)))
-        .collect();
-    let noise = |k: usize| 1.0 + 0.005 * ((5 * k * k + k) as f64).sin();
-    let moduli: Vec<(f64, f64)> = (omega.iter().enumerate())
-        .map(|(k, &w)| (zener.complex_modulus(w), k))
-        .map(|(m, k)| (m.re * noise(k), m.im * noise(k + 60)))
-        .collect();
-    let (storage, loss) = moduli.into_iter().unzip();
-    let record = Record::oscillation(omega, storage, loss).expect("valid");
-    let found = one(&record, ModelKind::FractionalZener);
-    assert!(found.fits[0].rms < 0.01, "{}", found.fits[0].rms);
-    for (name, wanted) in [
-        ("viscosity_pa_s_alpha", 800.0),
-        ("second_viscosity_pa_s_beta", 5e3),
-        ("elastic_modulus_pa", 2e3),
-    ] {
-        let have = value(&found, name);
-        assert!((have / wanted - 1.0).abs() < 0.02, "{name}: {have}");
-    }
-    assert!((value(&found, "order") - 1.0).abs() < 0.01 && value(&found, "second_order") < 0.01);
-    let model = found.fits[0].to_model().expect("valid");
-    let values = model.parameters();
-    assert!(
-        values.len() == model.kind().parameters().len(),
-        "{values:?}"
-    );
 }

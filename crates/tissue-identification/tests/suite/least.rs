@@ -1,6 +1,6 @@
 //! The least sums of squares in motions of elastic and of stiffening tissue are those of `SciPy`, see `make_stiff_golden.py`.
 
-use super::{evenly, fit, largest};
+use super::{among, evenly, fit, largest, said};
 use haptic_tissue::{Model, ModelKind};
 use tissue_identification::{Identification, Options, Record};
 
@@ -68,12 +68,8 @@ fn elastic_records(samples: std::ops::RangeInclusive<usize>, candidates: &[Model
         let [times, strain, stress] = motion.clone();
         let most = stress[number];
         let record = Record::history(times, strain, stress).expect("valid");
-        let options = Options {
-            candidates: candidates.to_vec(),
-            ..Options::default()
-        };
-        let found = fit(&record, &options);
-        let message = found.warnings.join("\n");
+        let found = fit(&record, &among(candidates));
+        let message = said(&found);
         assert!(!message.contains("no minimum"), "{row:?}: {message}");
         // An elastic record has no modes of a sum.
         let single = candidates.iter().filter(|kind| !kind.is_sum());
@@ -129,9 +125,8 @@ fn stiff_records(every: usize) {
     for row in rows(include_str!("../golden/identify/stiff.csv")).step_by(every) {
         let record = stiff(row[0], row[1], row[2]);
         let options = Options {
-            candidates: vec![ModelKind::SpringPot],
             stiffening: true,
-            ..Options::default()
+            ..among(&[ModelKind::SpringPot])
         };
         let found = fit(&record, &options);
         let ratio = found.fits[0].rms / row[3];

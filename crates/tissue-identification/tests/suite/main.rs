@@ -25,11 +25,15 @@ mod table;
 mod troubled;
 mod untimed;
 
+use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::ModelKind;
+use measured_table::{Reader, read_table};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
-use tissue_identification::{Identification, Options, Record, identify};
+use tissue_identification::{
+    Estimate, Identification, IdentifyError, Options, Record, TableDetails, Understood, identify,
+};
 
 /// The measured relaxation of fish muscle.
 fn fish() -> Record {
@@ -59,19 +63,66 @@ fn read_public<const N: usize>(names: [&str; N]) -> Option<[String; N]> {
     Some(names.map(|name| std::fs::read_to_string(folder.join(name)).expect(name)))
 }
 
+/// A table, read without a word but these details.
+fn understood(table: &str, details: &TableDetails) -> Result<Understood, IdentifyError> {
+    details.record(Reader::default().read(read_table(table.as_bytes())?)?)
+}
+
+/// Details of a loading that is told.
+fn told(loading: Loading) -> TableDetails {
+    TableDetails {
+        loading,
+        loading_is_told: true,
+        ..TableDetails::default()
+    }
+}
+
+fn sphere(radius_m: f64) -> Loading {
+    Loading {
+        radius_m: Some(radius_m),
+        ..Loading::new(LoadingKind::Sphere)
+    }
+}
+
+fn among(candidates: &[ModelKind]) -> Options {
+    Options {
+        candidates: candidates.to_vec(),
+        ..Options::default()
+    }
+}
+
 /// A fit of one model.
 #[track_caller]
 fn one(record: &Record, candidate: ModelKind) -> Identification {
-    let options = Options {
-        candidates: vec![candidate],
-        ..Options::default()
-    };
-    fit(record, &options)
+    fit(record, &among(&[candidate]))
 }
 
 #[track_caller]
 fn fit(record: &Record, options: &Options) -> Identification {
     identify(record, options, &|_| ()).expect("converges")
+}
+
+/// All warnings.
+fn said(found: &Identification) -> String {
+    found.warnings.join("\n")
+}
+
+/// Values of the parameters of the best fit.
+fn values(found: &Identification) -> Vec<f64> {
+    let parameters = found.fits[0].parameters.iter();
+    parameters.map(|one| one.value).collect()
+}
+
+/// True if a value lies between the bounds that there are, as in a flat valley.
+fn holds(estimate: &Estimate, value: f64) -> bool {
+    estimate.low_95.is_none_or(|low| low <= value)
+        && estimate.high_95.is_none_or(|high| value <= high)
+}
+
+/// True if a value lies between two bounds.
+fn is_inside(estimate: &Estimate, value: f64) -> bool {
+    let ends = [estimate.low_95, estimate.high_95];
+    ends.iter().all(Option::is_some) && holds(estimate, value)
 }
 
 /// Standard normal numbers.

@@ -1,6 +1,6 @@
 //! Records at several temperatures: the shifts that made them come out, and those that others publish.
 
-use super::{candidate, one};
+use super::{candidate, one, said};
 use haptic_tissue::{Model, ModelKind};
 use measured_table::{Reader, read_table};
 use testkit::{assert_close, assert_refused, assert_says};
@@ -185,7 +185,7 @@ fn storage_and_loss_that_disagree_are_said_and_widen_the_errors() {
             );
         }
         let found = one(&curve.record, candidate("fractional-zener"));
-        let message = found.warnings.join("\n");
+        let message = said(&found);
         assert_says(
             &message,
             "at -10 degC the storage modulus alone is shifted by 3.43 decades",
@@ -214,12 +214,10 @@ fn shifts_that_no_law_fits_are_no_result() {
         "{:?}",
         both.shifts[0]
     );
-    let message = one(&both.record, candidate("fractional-zener"))
-        .warnings
-        .join("\n");
-    for words in ["the shifts are no result", "`shift_by` = storage"] {
-        assert_says(&message, words);
-    }
+    assert_says(
+        &said(&one(&both.record, candidate("fractional-zener"))),
+        "the shifts are no result & `shift_by` = storage",
+    );
     let storage = master_curve(records, 3.0, ShiftBy::Storage).expect("one curve");
     assert!(
         storage.is_lawful && (storage.shifts[0].log10 - 11.1).abs() < 1.0,

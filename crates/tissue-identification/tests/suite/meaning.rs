@@ -1,29 +1,17 @@
 //! What a record means: rheometers' other moduli, the sign of compression, a ramp that no column tells.
 
-use super::{candidate, fit};
+use super::{candidate, is_inside, one, said, understood, values};
 use haptic_loop::{Loading, LoadingKind};
-use measured_table::{Reader, read_table};
 use testkit::{assert_refused, assert_relative, assert_says};
-use tissue_identification::{
-    ContactPoint, Identification, IdentifyError, Options, RecordKind, TableDetails, Understood,
-};
-
-pub(super) fn understood(table: &str, reading: &TableDetails) -> Result<Understood, IdentifyError> {
-    reading.record(Reader::default().read(read_table(table.as_bytes())?)?)
-}
+use tissue_identification::{ContactPoint, Identification, RecordKind, TableDetails, Understood};
 
 fn fitted(understood: &Understood) -> Identification {
-    let options = Options {
-        candidates: vec![candidate("spring-pot")],
-        ..Options::default()
-    };
-    fit(&understood.record, &options)
+    one(&understood.record, candidate("spring-pot"))
 }
 
 fn assert_fit(found: &Identification, [viscosity, order]: [f64; 2], tolerance: f64) {
-    let values = &found.fits[0].parameters;
-    assert_relative("V", values[0].value, viscosity, tolerance);
-    assert_relative("order", values[1].value, order, tolerance);
+    assert_relative("V", values(found)[0], viscosity, tolerance);
+    assert_relative("order", values(found)[1], order, tolerance);
 }
 
 /// 5000 Pa·s^0.25, as |G*| with δ, as G′ with tan δ, and as the other pairs.
@@ -63,11 +51,10 @@ fn other_moduli_of_a_rheometer_are_storage_and_loss() {
     ] {
         let read = understood(&table, &TableDetails::default()).expect("a sweep");
         assert_eq!(read.record.kind(), RecordKind::Oscillation);
-        let made = read
-            .notes
-            .iter()
-            .any(|note| note.starts_with("storage and loss modulus are made of"));
-        assert!(made, "{:?}", read.notes);
+        assert_says(
+            &read.notes.join("\n"),
+            "storage and loss modulus are made of",
+        );
         assert_fit(&fitted(&read), [5000.0, 0.25], 1e-5);
     }
     // Measured ones are taken as they are.
@@ -78,19 +65,14 @@ fn other_moduli_of_a_rheometer_are_storage_and_loss() {
         contact: ContactPoint::Fitted,
         ..TableDetails::default()
     };
-    let refused = understood(both, &touched)
-        .expect_err("no indenter")
-        .to_string();
-    assert!(
-        refused.starts_with("`contact_point_m` has no effect on this record"),
-        "{refused}"
+    assert_refused(
+        understood(both, &touched),
+        "`contact_point_m` has no effect on this record",
     );
     let beyond = "omega_rad_s,complex_modulus_pa,phase_rad\n1,3,0.3\n10,5,2\n";
-    let refused = understood(beyond, &TableDetails::default()).expect_err("beyond 90 degrees");
-    let refused = refused.to_string();
-    assert!(
-        refused.starts_with("line 3: loss modulus") && refused.contains("is not above 0 Pa"),
-        "{refused}"
+    assert_refused(
+        understood(beyond, &TableDetails::default()),
+        "line 3: loss modulus & is not above 0 Pa",
     );
 }
 
@@ -143,24 +125,16 @@ fn a_ramp_that_no_column_tells_is_told_by_its_time() {
         ..TableDetails::default()
     };
     let step = understood(table, &reading(None)).expect("a step");
-    let found = fitted(&step);
-    let message = found
-        .warnings
-        .iter()
-        .find(|one| one.contains("before it falls"))
-        .expect("said");
-    assert_eq!(
-        message,
-        "the modulus rises 9 times before it falls, as in a ramp to the held strain: give `ramp_time_s`, or a strain column"
+    assert_says(
+        &said(&fitted(&step)),
+        "the modulus rises 9 times before it falls, as in a ramp to the held strain: give `ramp_time_s`, or a strain column",
     );
     let read = understood(table, &reading(Some(1.0))).expect("a ramp");
     let ramp = fitted(&read);
     // Noise of 0.5 % in 130 samples.
     assert_fit(&ramp, RAMP, 0.005);
-    let all = ramp.fits[0].parameters.iter().zip(RAMP);
-    for (found, truth) in all {
-        let (low, high) = found.low_95.zip(found.high_95).expect("bounds");
-        assert!(low < truth && truth < high, "{found:?}");
+    for (found, truth) in ramp.fits[0].parameters.iter().zip(RAMP) {
+        assert!(is_inside(found, truth), "{found:?}");
     }
     for (ramp, message) in [
         (0.0, "`ramp_time_s` 0 s is not above 0 s"),
@@ -170,15 +144,11 @@ fn a_ramp_that_no_column_tells_is_told_by_its_time() {
         assert_refused(understood(table, &reading(Some(ramp))), message);
     }
     let creep = "time_s,creep_compliance_per_pa\n1,1e-3\n2,2e-3\n";
-    let refused = understood(
-        creep,
-        &TableDetails {
-            strain: None,
-            ..reading(Some(1.0))
-        },
-    )
-    .expect_err("no ramp");
-    assert_says(&refused, "`ramp_time_s` 1 s has no effect");
+    let ramp = TableDetails {
+        strain: None,
+        ..reading(Some(1.0))
+    };
+    assert_refused(understood(creep, &ramp), "`ramp_time_s` 1 s has no effect");
 }
 
 const RAMP: [f64; 2] = [3000.0, 0.2];

@@ -1,7 +1,6 @@
 //! Public records of others are fitted as well as `SciPy` fits them; they stay outside the repository.
 
-use super::meaning::understood;
-use super::{one, read_public};
+use super::{one, read_public, understood};
 use haptic_tissue::ModelKind;
 use tissue_identification::TableDetails;
 

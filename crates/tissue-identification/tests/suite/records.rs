@@ -1,86 +1,48 @@
 //! Records that are refused.
 
-use super::{candidate, fit, one};
+use super::{candidate, fit, one, said};
 use haptic_tissue::ModelKind;
-use testkit::assert_relative;
-use tissue_identification::{IdentifyError, Options, Record, identify};
+use testkit::{assert_refused, assert_relative, assert_says};
+use tissue_identification::{Options, Record, identify};
 
-fn refused(record: Result<Record, IdentifyError>, wanted: &str) {
-    let message = record.expect_err(wanted).to_string();
-    assert!(message.contains(wanted), "have {message}\nwant {wanted}");
-    assert!(
-        !message.contains('\n') && !message.contains("--"),
-        "{message}"
-    );
-}
+/// The kind of a record, its columns, and what is said of them.
+const REFUSED: &str = r"
+    relaxation | 0 1 ; 2 1 | sample 1: time 0 s is not above 0 s
+    relaxation | 1 -1 ; 2 1 | sample 2: time -1 s
+    relaxation | 2 1 ; 2 1 | sample 2: time 1 s comes after 2 s and is not above it: sort
+    relaxation | 1 2 ; 2 -1 | sample 2: modulus -1 Pa is not above 0 Pa
+    relaxation | 1 2 ; 2 NaN | sample 2: modulus NaN Pa
+    relaxation | 1 2 3 ; 2 2 2 | modulus is 2 Pa in every sample
+    relaxation | 1 2 ; 2 | different lengths
+    relaxation | ; | no sample
+    relaxation | 1 2 4 ; 1 2 4 | the modulus grows with time
+    creep | 1 2 4 ; 4 2 1 | the compliance falls with time
+    oscillation | 1 2 ; 1 2 ; 1 0 | sample 2: loss modulus 0 Pa
+    history | 0 1 2 ; 0 0 0 ; 0 1 2 | the strain stays at 0
+    history | 0 1 2 ; 0.5 0.5 1 ; 0 1 2 | begins at 0.5, not at 0
+    history | 0 1 2 ; 0 0.5 1 ; 1 1 1 | the stress is 1 Pa in every sample
+    history | 0 1 2 ; 0 0.5 inf ; 1 1 1 | sample 3
+    # A compression whose strain is told as negative and stress as positive.
+    history | 0 1 2 ; 0 -0.5 -1 ; 0 1 2 | strain and stress have opposite signs
+";
 
 #[test]
 fn a_bad_record_is_refused_with_its_sample_and_the_remedy() {
-    let relaxation =
-        |time: &[f64], modulus: &[f64]| Record::relaxation(time.to_vec(), modulus.to_vec());
-    refused(
-        relaxation(&[0.0, 1.0], &[2.0, 1.0]),
-        "sample 1: time 0 s is not above 0 s",
-    );
-    refused(relaxation(&[1.0, -1.0], &[2.0, 1.0]), "sample 2: time -1 s");
-    refused(
-        relaxation(&[2.0, 1.0], &[2.0, 1.0]),
-        "sample 2: time 1 s comes after 2 s and is not above it: sort",
-    );
-    refused(
-        relaxation(&[1.0, 2.0], &[2.0, -1.0]),
-        "sample 2: modulus -1 Pa is not above 0 Pa",
-    );
-    refused(
-        relaxation(&[1.0, 2.0], &[2.0, f64::NAN]),
-        "sample 2: modulus NaN Pa",
-    );
-    refused(
-        relaxation(&[1.0, 2.0, 3.0], &[2.0; 3]),
-        "modulus is 2 Pa in every sample",
-    );
-    refused(relaxation(&[1.0, 2.0], &[2.0]), "different lengths");
-    refused(relaxation(&[], &[]), "no sample");
-    refused(
-        relaxation(&[1.0, 2.0, 4.0], &[1.0, 2.0, 4.0]),
-        "the modulus grows with time",
-    );
-    refused(
-        Record::creep(vec![1.0, 2.0, 4.0], vec![4.0, 2.0, 1.0]),
-        "the compliance falls with time",
-    );
-    refused(
-        Record::oscillation(vec![1.0, 2.0], vec![1.0, 2.0], vec![1.0, 0.0]),
-        "sample 2: loss modulus 0 Pa",
-    );
-}
-
-#[test]
-fn a_bad_history_is_refused_with_what_is_wrong() {
-    let history = |strain: &[f64], stress: &[f64]| {
-        Record::history(vec![0.0, 1.0, 2.0], strain.to_vec(), stress.to_vec())
-    };
-    refused(
-        history(&[0.0, 0.0, 0.0], &[0.0, 1.0, 2.0]),
-        "the strain stays at 0",
-    );
-    refused(
-        history(&[0.5, 0.5, 1.0], &[0.0, 1.0, 2.0]),
-        "begins at 0.5, not at 0",
-    );
-    refused(
-        history(&[0.0, 0.5, 1.0], &[1.0, 1.0, 1.0]),
-        "the stress is 1 Pa in every sample",
-    );
-    refused(
-        history(&[0.0, 0.5, f64::INFINITY], &[1.0, 1.0, 1.0]),
-        "sample 3",
-    );
-    // A compression of which strain is told as negative and stress as positive.
-    refused(
-        history(&[0.0, -0.5, -1.0], &[0.0, 1.0, 2.0]),
-        "strain and stress have opposite signs",
-    );
+    for [kind, columns, wanted] in testkit::table(REFUSED) {
+        let columns = columns.split(';').map(|column| -> Vec<f64> {
+            let cells = column.split_whitespace();
+            cells.map(|cell| cell.parse().expect("a number")).collect()
+        });
+        let columns: Vec<Vec<f64>> = columns.collect();
+        let record = match (kind.as_str(), &columns[..]) {
+            ("relaxation", [x, y]) => Record::relaxation(x.clone(), y.clone()),
+            ("creep", [x, y]) => Record::creep(x.clone(), y.clone()),
+            ("oscillation", [x, y, z]) => Record::oscillation(x.clone(), y.clone(), z.clone()),
+            (_, [x, y, z]) => Record::history(x.clone(), y.clone(), z.clone()),
+            _ => panic!("{kind} {columns:?}"),
+        };
+        assert_refused(record, &wanted);
+    }
 }
 
 /// n > k + 1, where k counts the noise: below that the criterion of small samples says nothing.
@@ -95,16 +57,14 @@ fn a_record_without_a_number_to_spare_is_too_short_for_a_model() {
         chosen: Some(ModelKind::FractionalMaxwell),
         ..Options::default()
     };
-    let message = identify(&few(5), &options, &|_| ()).expect_err("too few");
-    assert_eq!(
-        message.to_string(),
-        "5 numbers are too few for fractional-maxwell: give at least 7"
+    assert_refused(
+        identify(&few(5), &options, &|_| ()),
+        "5 numbers are too few for fractional-maxwell: give at least 7",
     );
     // What the smallest model needs.
-    let message = identify(&few(3), &Options::default(), &|_| ()).expect_err("too few");
-    assert_eq!(
-        message.to_string(),
-        "3 numbers are too few for spring: give at least 4"
+    assert_refused(
+        identify(&few(3), &Options::default(), &|_| ()),
+        "3 numbers are too few for spring: give at least 4",
     );
     // The others are no reason to refuse what can be fitted, but are named.
     let found = fit(&few(7), &Options::default());
@@ -220,11 +180,6 @@ fn a_modulus_that_has_decayed_to_rounding_does_not_count() {
         for estimate in &fit.parameters {
             assert_relative(estimate.name, estimate.value, 1000.0, 1e-6);
         }
-        assert!(
-            found
-                .warnings
-                .join("\n")
-                .contains("below 1e-9 of the largest modulus")
-        );
+        assert_says(&said(&found), "below 1e-9 of the largest modulus");
     }
 }

@@ -1,6 +1,6 @@
 //! Synthetic records with noise: the truth lies in the 95 % interval as often as it should.
 
-use super::{fit, normal, one};
+use super::{among, fit, holds, is_inside, normal, one, said};
 use haptic_tissue::{Model, ModelKind};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -50,18 +50,6 @@ fn sweep(kind: ModelKind, parameters: &[f64], samples: usize, alike: f64, seed: 
 
 fn record(candidate: ModelKind, parameters: &[f64], seed: u64) -> Record {
     sweep(candidate, parameters, 50, 0.0, seed)
-}
-
-/// True if a value lies between two bounds.
-fn is_inside(estimate: &Estimate, value: f64) -> bool {
-    let bounds = estimate.low_95.zip(estimate.high_95);
-    bounds.is_some_and(|(low, high)| (low..=high).contains(&value))
-}
-
-/// True if a value lies between the bounds that there are, as in a flat valley.
-pub(super) fn holds(estimate: &Estimate, value: f64) -> bool {
-    estimate.low_95.is_none_or(|low| low <= value)
-        && estimate.high_95.is_none_or(|high| value <= high)
 }
 
 /// The share of parameters inside their intervals, over so many records of each model, and of 200 of each model by itself; those that count as many white samples as they have.
@@ -170,12 +158,8 @@ fn a_truth_that_the_record_cannot_refuse_is_inside_every_interval() {
         let modulus =
             modulus.map(|(&t, noise)| model.relaxation_moduli(&[t])[0] * (0.01 * noise).exp());
         let record = Record::relaxation(time.clone(), modulus.collect()).expect("valid");
-        let options = Options {
-            candidates: vec![kind],
-            ..Options::default()
-        };
         // One that creeps along the valley without end is no fit.
-        let Ok(found) = identify(&record, &options, &|_| ()) else {
+        let Ok(found) = identify(&record, &among(&[kind]), &|_| ()) else {
             continue;
         };
         let fit = &found.fits[0];
@@ -194,7 +178,7 @@ fn a_truth_that_the_record_cannot_refuse_is_inside_every_interval() {
             };
             far += usize::from(distance > 4.0);
         }
-        let message = found.warnings.join("\n");
+        let message = said(&found);
         for Estimate { name, high_95, .. } in &fit.parameters {
             let sentence = format!("the record gives `{name}` no upper bound");
             let is_fixed = message.contains(&format!("`{name}` is at the end"));

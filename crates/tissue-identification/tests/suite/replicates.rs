@@ -1,6 +1,6 @@
 //! Specimens of one tissue: their mean and spread are those of the specimens, not of the fits.
 
-use super::{candidate, normal};
+use super::{among, candidate, normal};
 use haptic_tissue::{Model, ModelKind};
 use std::sync::atomic::AtomicBool;
 use testkit::{assert_refused, assert_relative};
@@ -78,11 +78,7 @@ fn the_noise_of_fits_is_no_spread_of_specimens() {
     let alike: Vec<Record> = (0..60)
         .map(|seed| specimen(2000.0, 0.2, 0.05, seed))
         .collect();
-    let options = Options {
-        candidates: vec![candidate("spring-pot")],
-        ..Options::default()
-    };
-    let found = fitted(&alike, &options).expect("fits");
+    let found = fitted(&alike, &among(&[candidate("spring-pot")])).expect("fits");
     let spread = &found.spreads[0];
     // ln V = ln G + α·ln t + ln Γ(1 − α) of 60 samples in x = ln t: 0.05·√(1/60 + (x̄ − ψ(0.8))²/Σ(x − x̄)²) = 0.865 %, with
     // x̄ = 0.509, ψ(0.8) = −0.965 and Σ(x − x̄)²/60 = 2.724; s of 60 specimens is within a quarter of that.
@@ -99,12 +95,9 @@ fn the_noise_of_fits_is_no_spread_of_specimens() {
 #[test]
 fn what_is_no_replicate_is_refused_with_a_remedy() {
     let one = specimen(2000.0, 0.2, 0.0, 0);
-    let message = fitted(std::slice::from_ref(&one), &Options::default())
-        .expect_err("one")
-        .to_string();
-    assert!(
-        message.starts_with("`replicates` needs records of two specimens at least"),
-        "{message}"
+    assert_refused(
+        fitted(std::slice::from_ref(&one), &Options::default()),
+        "`replicates` needs records of two specimens at least",
     );
     let creep = Record::creep(vec![1.0, 2.0, 3.0, 4.0], vec![1.0, 2.0, 3.0, 4.0]).expect("valid");
     assert_refused(

@@ -1,9 +1,9 @@
 //! Steps of the stress of a creep between two rows: made records, from closed forms that need no library.
 
-use super::{fit, normal};
+use super::{among, fit, is_inside, normal, said};
 use haptic_tissue::ModelKind;
-use testkit::Random;
-use tissue_identification::{Options, Record};
+use testkit::{Random, assert_says};
+use tissue_identification::{Identification, Options, Record};
 
 /// J of a model.
 type Compliance = Box<dyn Fn(f64) -> f64>;
@@ -94,6 +94,17 @@ fn of_model(number: u64, seed: u64, loud: f64) -> Made {
     }
 }
 
+/// A fit of one model, with a step between two rows.
+fn fitted(record: &Record, kind: ModelKind) -> Identification {
+    let options = Options {
+        starts: 6,
+        ..among(&[kind])
+    };
+    let found = fit(record, &options);
+    assert_says(&said(&found), "taken where it most likely was");
+    found
+}
+
 #[test]
 fn intervals_know_that_steps_are_between_two_rows() {
     let (mut held, mut all) = (0, 0);
@@ -104,22 +115,11 @@ fn intervals_know_that_steps_are_between_two_rows() {
             truth,
             ..
         } = made(seed);
-        let options = Options {
-            candidates: vec![kind],
-            starts: 6,
-            ..Options::default()
-        };
-        let found = fit(&record, &options);
+        let found = fitted(&record, kind);
         for (one, truth) in found.fits[0].parameters.iter().zip(&truth) {
-            let [low, high] = [one.low_95, one.high_95].map(|end| end.expect("an end"));
-            held += usize::from((low..=high).contains(truth));
+            held += usize::from(is_inside(one, *truth));
             all += 1;
         }
-        let warnings = found.warnings.concat();
-        assert!(
-            warnings.contains("taken where it most likely was"),
-            "{warnings}"
-        );
     }
     println!("{held} of {all} parameters");
     assert!(
@@ -134,17 +134,7 @@ fn what_is_left_is_the_noise_of_each_row() {
     for (number, loud) in [(4, 1.0), (0, 20.0), (1, 20.0), (4, 20.0)] {
         for seed in 0..4 {
             let made = of_model(number, seed, loud);
-            let options = Options {
-                candidates: vec![made.kind],
-                starts: 6,
-                ..Options::default()
-            };
-            let found = fit(&made.record, &options);
-            let warnings = found.warnings.concat();
-            assert!(
-                warnings.contains("taken where it most likely was"),
-                "{number} {seed}: {warnings}"
-            );
+            let found = fitted(&made.record, made.kind);
             let left = found.residuals(&found.fits[0]);
             // Times are counted from row 0.
             let row_s = found.x[1] - found.x[0];

@@ -1,17 +1,16 @@
 //! Tissue that stiffens: the least sum of squares over b and the memory together, and the choice between memories.
 #![expect(clippy::float_cmp, reason = "values of a list are compared")]
 
-use super::{evenly, fit, largest, normal};
-use haptic_loop::{Loading, LoadingKind, Specimen};
+use super::{among, evenly, fit, largest, normal, said, values};
+use haptic_loop::Specimen;
 use haptic_tissue::{Model, ModelKind};
 use testkit::{assert_relative, assert_says};
 use tissue_identification::{Identification, Options, Record};
 
 fn stiffened(record: &Record, candidates: &[ModelKind]) -> Identification {
     let options = Options {
-        candidates: candidates.to_vec(),
         stiffening: true,
-        ..Options::default()
+        ..among(candidates)
     };
     fit(record, &options)
 }
@@ -55,11 +54,9 @@ fn a_convex_record_of_two_negative_columns_is_turned() {
     let turned = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<f64>>();
     let record = Record::history(times, turned(&strain), turned(&stress)).expect("valid");
     let found = stiffened(&record, &[ModelKind::Spring]);
-    let fit = &found.fits[0];
-    assert_relative("E", fit.parameters[0].value, 2e3, 1e-3);
-    assert_relative("b", fit.parameters[1].value, 9.0, 1e-3);
-    let message = found.warnings.join("\n");
-    assert_says(&message, "with the other sign");
+    assert_relative("E", values(&found)[0], 2e3, 1e-3);
+    assert_relative("b", values(&found)[1], 9.0, 1e-3);
+    assert_says(&said(&found), "with the other sign");
 }
 
 /// A slow pull of tissue without memory, with an error that hangs together over the whole record: some four residuals of 150 are
@@ -89,7 +86,7 @@ fn the_least_sum_of_an_elastic_record_is_found_whatever_its_interval() {
         assert_relative("rms", fit.rms, rms, 1e-4);
         // The interval of the first reaches b = 0, but tissue that does not stiffen is not as good.
         let linear = elastic(1e-9, &strain, &stress).1;
-        let message = found.warnings.join("\n");
+        let message = said(&found);
         assert!(!message.contains("as good"), "{message}");
         let both = format!(
             "fits worse (rms residual {} Pa against {} Pa)",
@@ -117,11 +114,7 @@ fn record(case: u64) -> (Record, ModelKind) {
     let orders = [pick([0.6, 0.8, 0.5], 1), pick([0.15, 0.05, 0.25], 3)];
     let parameters = [sizes[0], orders[0], sizes[1], orders[1]];
     let model = Model::from_parameters(kind, &parameters).expect("valid");
-    let loading = Loading {
-        radius_m: Some(9.945e-3),
-        ..Loading::new(LoadingKind::Sphere)
-    };
-    let specimen = |b: f64| Specimen::new(loading, 0.5, b).expect("valid");
+    let specimen = |b: f64| Specimen::new(super::sphere(9.945e-3), 0.5, b).expect("valid");
     let (plain, stiff) = (specimen(0.0), specimen(pick([6.0, 12.0, 20.0], 2)));
     let map = stiff.depth_map().expect("a sphere");
     let shape = stiff.shape(stiff.loading().kind.modulus());
@@ -168,7 +161,7 @@ fn chosen(cases: std::ops::Range<u64>) {
             })
             .collect();
         println!("{case} {kind}: {}", table.join(", "));
-        let message = found.warnings.join("\n");
+        let message = said(&found);
         assert!(!message.contains("no minimum"), "{case}: {message}");
         assert!(found.fits[0].bic <= least + 2.0, "{case}: {table:?}");
         let candidate = found.fits.iter().find(|fit| fit.kind == kind);

@@ -1,5 +1,6 @@
 //! Tables as rheometers and testing machines write them, and tables that are wrong.
 
+use super::told;
 use haptic_loop::{Loading, LoadingKind, Modulus};
 use measured_table::{Choice, Column, Columns, Reader, read_record, read_table};
 use rand_pcg::Pcg64;
@@ -152,10 +153,8 @@ fn headers_tell_the_loading_and_the_modulus() {
     }
     // What is told counts more than symbols, but not more than words.
     let tension = TableDetails {
-        loading: Loading::new(LoadingKind::Tension),
-        loading_is_told: true,
         poisson_ratio: Some(0.4),
-        ..TableDetails::default()
+        ..told(Loading::new(LoadingKind::Tension))
     };
     let read = |header: &str| {
         understand(
@@ -172,8 +171,7 @@ fn headers_tell_the_loading_and_the_modulus() {
     let symbol = read("G").expect("valid");
     assert_eq!(symbol.loading.modulus, Some(Modulus::Young));
     let note = "column G (Pa) is taken as the modulus that `loading` tells";
-    let wording = symbol.notes.iter().any(|wording| wording.starts_with(note));
-    assert!(wording, "{:?}", symbol.notes);
+    assert_says(&symbol.notes.join("\n"), note);
     assert_refused(
         read("Shear modulus"),
         "is of shear, and `loading` is tension",
@@ -209,11 +207,7 @@ fn a_loading_that_does_not_fit_is_refused_with_the_remedy() {
         let (kind, sizes) = given.split_once(' ').unwrap_or((&given, ""));
         let mut kinds = LoadingKind::ALL.into_iter();
         let kind = kinds.find(|one| one.name() == kind).expect("a kind");
-        let mut reading = TableDetails {
-            loading: Loading::new(kind),
-            loading_is_told: true,
-            ..TableDetails::default()
-        };
+        let mut reading = told(Loading::new(kind));
         for size in sizes.split_whitespace() {
             let (name, value) = size.split_once('=').unwrap_or((size, "1"));
             let value = Some(value.parse().expect("a number"));
@@ -237,10 +231,7 @@ fn a_loading_that_does_not_fit_is_refused_with_the_remedy() {
 fn force_and_depth_become_the_stress_of_a_strain() {
     let spring = |e: f64| 1000.0 * e;
     let (radius, depth) = (5e-3_f64, 5e-4_f64);
-    let sphere = Loading {
-        radius_m: Some(radius),
-        ..Loading::new(LoadingKind::Sphere)
-    };
+    let sphere = super::sphere(radius);
     let cases = [
         // (16/9)·√R·E·δ^1.5 of an incompressible body, and with ν = 0.2 (4/3)/(1 − ν²).
         (
@@ -258,10 +249,8 @@ fn force_and_depth_become_the_stress_of_a_strain() {
     ];
     for (loading, poisson_ratio, per_pa, e) in cases {
         let reading = TableDetails {
-            loading,
-            loading_is_told: true,
             poisson_ratio,
-            ..TableDetails::default()
+            ..told(loading)
         };
         let force = [0.5, 1.0].map(|share| spring(per_pa * share));
         let text = format!(
@@ -291,11 +280,7 @@ fn force_and_depth_become_the_stress_of_a_strain() {
         bonded: true,
         ..Loading::new(LoadingKind::Compression)
     };
-    let reading = TableDetails {
-        loading: slab,
-        loading_is_told: true,
-        ..TableDetails::default()
-    };
+    let reading = told(slab);
     let text = "t (s),Depth (mm),F (N)\n0,0,0\n1,1,2\n2,1,1\n";
     let record = understand(text, &Reader::default(), &reading)
         .expect("valid")
@@ -755,11 +740,7 @@ fn nothing_is_left_out_in_silence() {
     ) {
         let understood = plain(&text);
         assert_eq!(understood.record.samples().to_string(), samples, "{text:?}");
-        let is_said = understood
-            .notes
-            .iter()
-            .any(|wording| wording.contains(&note));
-        assert!(is_said, "{text:?}: {:?}", understood.notes);
+        assert_says(&understood.notes.join("\n"), &note);
     }
 }
 
