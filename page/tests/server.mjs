@@ -1,4 +1,4 @@
-// The server of the browser tests: host-cli, over a folder with a wall, a relaxation and a touch.
+// The server of the browser tests: host-cli, over a folder with a wall and a relaxation.
 import { execFileSync, spawn } from "node:child_process";
 import { mkdtempSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -17,7 +17,6 @@ export async function startServer() {
   for (const [folder, words] of [
     ["first", ["run", join(root, "experiments/wall.toml")]],
     ["second", ["relax", "--duration", "4s"]],
-    ["third", ["run", join(root, "experiments/touch-edge.toml")]],
   ]) execFileSync(HOST_CLI, [...words, "--out", join(runs, folder), "-q"]);
   const child = spawn(HOST_CLI, ["serve", "--port", "0", "--no-browser", "--runs", runs], { stdio: ["ignore", "pipe", "pipe"] });
   const address = await new Promise((resolve, reject) => {
