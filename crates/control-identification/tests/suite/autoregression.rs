@@ -1,5 +1,6 @@
 //! The filter that makes noise white, against covariances in closed form.
 
+use crate::fixture::normal;
 use control_identification::autoregression::Autoregression;
 use nalgebra::{DMatrix, DVector};
 use testkit::{Random, assert_close};
@@ -19,7 +20,7 @@ fn noise(a: f64, b: f64, samples: usize, random: &mut Random) -> Vec<f64> {
     let mut last = [0.0; 2];
     let mut all = Vec::new();
     for _ in 0..samples + 500 {
-        let normal: f64 = (0..12).map(|_| random.between(-0.5, 0.5)).sum();
+        let normal = normal(random);
         last = [a * last[0] + b * last[1] + normal, last[0]];
         all.push(last[0]);
     }

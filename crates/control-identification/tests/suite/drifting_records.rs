@@ -2,17 +2,13 @@
 //!
 //! `CAMPAIGN_CASES` sets how many; 6 unless it is given.
 
-use crate::fixture::searched;
+use crate::fixture::{begun, normal, record};
 use control_identification::FreeNumber;
-use control_identification::model_search::{Found, InputOutput, find_start, nearer_in_simulation};
+use control_identification::model_search::{Found, InputOutput, nearer_in_simulation};
 use fracdiff::Seconds;
 use fractional_control::{FractionalTransferFunction, HeldPlant, Plant, PowerMemory, Rule, Term};
 use rayon::prelude::*;
 use testkit::{Random, assert_close, assert_relative};
-
-fn normal(random: &mut Random) -> f64 {
-    (0..12).map(|_| random.between(-0.5, 0.5)).sum()
-}
 
 /// `x_n = a·x_(n−1) + e_n` of standard deviation 1, settled when it begins.
 fn slow(alike: f64, samples: usize, random: &mut Random) -> Vec<f64> {
@@ -105,19 +101,13 @@ impl Case {
             words: format!("{words}, {kind:?}, {samples} samples, {share:.4} of {alike:.2}"),
             gain,
             drifts,
-            record: InputOutput {
-                time_s: (0..samples).map(|n| n as f64).collect(),
-                output: output.collect(),
-                input,
-                ..InputOutput::default()
-            },
+            record: record(1.0, input, output.collect()),
         }
     }
 }
 
 fn found(mut record: InputOutput) -> Vec<Found> {
-    find_start(&mut record, true, None);
-    searched(&record, None).expect("some function fits")
+    begun(&mut record).expect("some function fits")
 }
 
 /// The gain at rest, and its relative error.
@@ -205,15 +195,9 @@ fn a_furnace_that_drifts_is_one_lag_behind_its_dead_time() {
         let power = clean.iter().map(|y| y * y).sum::<f64>() / 296.0;
         let noise = slow(0.95, 296, &mut random);
         let pairs = clean.iter().zip(&noise);
-        let record = InputOutput {
-            time_s: (0..296).map(|n| 9.0 * f64::from(n)).collect(),
-            output: pairs
-                .map(|(y, noise)| 53.0 + y + (0.07 * power).sqrt() * noise)
-                .collect(),
-            input,
-            ..InputOutput::default()
-        };
-        let found = found(record);
+        let output = pairs.map(|(y, noise)| 53.0 + y + (0.07 * power).sqrt() * noise);
+        let output = output.collect();
+        let found = found(record(9.0, input, output));
         let best = &found[0].identified;
         let what = format!("{seed}: {}", best.function);
         assert_eq!(best.function.denominator().degree(), 1.0, "{what}");
@@ -241,16 +225,11 @@ fn a_function_with_another_gain_that_is_nearer_in_simulation_is_told() {
         let clean: Vec<f64> = clean.collect();
         let noise = slow(0.9, 300, &mut random);
         let pairs = clean.iter().zip(&noise);
-        InputOutput {
-            time_s: (0..300).map(f64::from).collect(),
-            output: pairs.map(|(y, noise)| 20.0 + y + 0.05 * noise).collect(),
-            input,
-            ..InputOutput::default()
-        }
+        let output = pairs.map(|(y, noise)| 20.0 + y + 0.05 * noise).collect();
+        record(1.0, input, output)
     };
     let (mut record, other) = (case(1), case(2));
-    find_start(&mut record, true, None);
-    let right = searched(&record, None).expect("some function fits");
+    let right = begun(&mut record).expect("some function fits");
     assert_relative("gain", rest(&right[0]).0, 2.0, 0.1);
     let mut wrong = right[0].clone();
     let halved = [Term::new(1.0, 0.0)];
@@ -282,12 +261,8 @@ fn a_static_gain_shows_a_response() {
             let outputs = input
                 .iter()
                 .map(|u| gain * (u + noise * normal(&mut random)));
-            let record = InputOutput {
-                time_s: (0..20).map(|n| 0.1 * f64::from(n)).collect(),
-                output: outputs.collect(),
-                input,
-                ..InputOutput::default()
-            };
+            let output = outputs.collect();
+            let record = record(0.1, input, output);
             let found = found(record.clone());
             let closest = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
             let what = format!("{gain}, {kind}, {noise}: {}", found[0].identified.function);

@@ -1,7 +1,7 @@
 //! Records of more rows than a search begins with, whose plant is faster than every tenth of them tells.
 
-use crate::fixture::searched;
-use control_identification::model_search::{Found, InputOutput, find_start};
+use crate::fixture::{begun, record};
+use control_identification::model_search::{Found, InputOutput};
 use fractional_control::num_complex::Complex;
 use std::f64::consts::{PI, TAU};
 use testkit::{Random, assert_close};
@@ -47,17 +47,11 @@ fn resonator(input: Vec<f64>, noise: f64, random: &mut Random) -> InputOutput {
     for y in &mut output {
         *y += noise * deviation * random.between(-1.0, 1.0) * 3.0_f64.sqrt();
     }
-    InputOutput {
-        time_s: (0..input.len()).map(|n| T * n as f64).collect(),
-        input,
-        output,
-        ..InputOutput::default()
-    }
+    record(T, input, output)
 }
 
 fn best(record: &mut InputOutput) -> Found {
-    find_start(record, true, None);
-    let found = searched(record, None).expect("found");
+    let found = begun(record).expect("found");
     found.into_iter().next().expect("a function")
 }
 

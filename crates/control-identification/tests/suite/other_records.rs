@@ -2,8 +2,8 @@
 //!
 //! The records are closed forms: sums of modes, each run from switch to switch of a held input. `CAMPAIGN_CASES` sets how many.
 
-use crate::fixture::searched;
-use control_identification::model_search::{Found, InputOutput, find_start};
+use crate::fixture::{begun, normal};
+use control_identification::model_search::{Found, InputOutput};
 use control_identification::{FreeNumber, StartState};
 use fractional_control::{FractionalTransferFunction, Term};
 use rayon::prelude::*;
@@ -205,8 +205,7 @@ impl Case {
             .iter()
             .fold(0.0, |most: f64, y| most.max((y - mean).abs()));
         for y in &mut output {
-            let noise: f64 = (0..12).map(|_| random.between(-0.5, 0.5)).sum();
-            *y += 0.01 * spread * noise;
+            *y += 0.01 * spread * normal(random);
         }
         InputOutput {
             time_s,
@@ -218,8 +217,7 @@ impl Case {
 }
 
 fn found(record: &mut InputOutput) -> Vec<Found> {
-    find_start(record, true, None);
-    searched(record, None).unwrap_or_default()
+    begun(record).unwrap_or_default()
 }
 
 /// Poles at s = 0.

@@ -3,7 +3,8 @@
 //! Of each ten cases three are cells and heated rods, three are plants whose output is read in counts, and two have an input that does nothing; the
 //! other two, with rows that cannot be, are of the reading of tables. `CAMPAIGN_CASES` sets how many.
 
-use crate::sums::{Cell, LENGTHS, normal, pulses};
+use crate::fixture::{normal, record};
+use crate::sums::{Cell, LENGTHS, pulses};
 use control_identification::model_search::{
     Found, InputOutput, Wanted, candidates, find_start, identify,
 };
@@ -24,15 +25,6 @@ fn found(mut record: InputOutput) -> Result<Found, String> {
         Ok(found.swap_remove(0))
     } else {
         Err("no response".to_owned())
-    }
-}
-
-fn of_rows(input: Vec<f64>, output: Vec<f64>) -> InputOutput {
-    InputOutput {
-        time_s: (0..input.len()).map(|n| n as f64).collect(),
-        input,
-        output,
-        ..InputOutput::default()
     }
 }
 
@@ -149,7 +141,7 @@ fn in_counts(number: u64, random: &mut Random) -> Option<String> {
     let largest = output.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
     let unit = largest / random.log_between(15.0, 60.0);
     let output = output.iter().map(|y| gain * unit * (y / unit).round());
-    let said = match found(of_rows(input, output.collect())) {
+    let said = match found(record(1.0, input, output.collect())) {
         Ok(found) if found.identified.function.denominator().degree() == count as f64 => {
             return None;
         }
@@ -192,7 +184,7 @@ fn inert(number: u64, random: &mut Random) -> Option<String> {
     }
     let size = random.log_between(0.01, 100.0);
     output.iter_mut().for_each(|y| *y = size * (*y + 1.0));
-    let found = found(of_rows(input, output)).ok()?.identified;
+    let found = found(record(1.0, input, output)).ok()?.identified;
     Some(format!("{} explains {:.4}", found.function, found.fit))
 }
 

@@ -1,6 +1,6 @@
 //! Records of plants whose function is known: a dead time, growth, swings, powers of s, and the example of others.
 
-use crate::fixture::{Draw, bdf2, near, searched};
+use crate::fixture::{Draw, bdf2, near, normal, record, searched};
 use control_identification::autoregression::Autoregression;
 use control_identification::model_search::InputOutput;
 use control_identification::{
@@ -19,12 +19,7 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
         .expect("a plant");
     let input: Vec<f64> = (0..400).map(|n| if n < 200 { 1.0 } else { -0.5 }).collect();
     let response = run_plant(&truth, Seconds(t), &input).expect("runs");
-    let mut record = InputOutput {
-        time_s: (0..400).map(|n| f64::from(n) * t).collect(),
-        input,
-        output: response.measured,
-        ..InputOutput::default()
-    };
+    let mut record = record(t, input, response.measured);
     let behind = |dead_time| searched(&record, dead_time);
     for known in [Some(Seconds(0.25)), None] {
         let found = behind(known).expect("found");
@@ -202,7 +197,7 @@ fn the_example_of_the_crone_toolbox_gives_its_coefficients_back() {
         &input(FINER),
     );
     let mut random = testkit::Random(35);
-    let mut noise = || (0..12).map(|_| random.between(-0.5, 0.5)).sum::<f64>();
+    let mut noise = || normal(&mut random);
     let output = fine.expect("runs").into_iter().step_by(FINER);
     let output: Vec<f64> = output.map(|y| y + 0.2 * noise()).collect();
     let record = InputOutputRecord {

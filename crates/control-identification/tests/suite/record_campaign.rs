@@ -3,7 +3,7 @@
 //! The records are closed forms: sums of modes behind a hold and a dead time, noise and the last digit of a file upon them.
 //! `CAMPAIGN_CASES` sets how many; 20 to 30 unless it is given.
 
-use crate::fixture::searched;
+use crate::fixture::{normal, record, searched};
 use control_identification::autoregression::Autoregression;
 use control_identification::model_search::{InputOutput, dead_time_evidence, settles_as_well};
 use control_identification::{DeadTime, InputOutputRecord, StartState, identify_coefficients};
@@ -177,7 +177,7 @@ impl Case {
                     .filter(|n| *n < input.len())
                     .map_or(0.0, |n| input[n]);
             output.push(states.iter().map(|x| x.re).sum::<f64>() + passed);
-            noise.push((1..=12).map(|_| random.between(-0.5, 0.5)).sum::<f64>());
+            noise.push(normal(random));
             if let Input::Loop(gain) = self.input {
                 // Its reference is of levels up to 1.
                 input[n] = gain * (input[n] - output[n] - self.noise * noise[n]);
@@ -206,13 +206,7 @@ impl Case {
                 *y = written.parse().expect("a number");
             }
         }
-        let record = InputOutput {
-            time_s: (0..self.samples).map(|n| T * n as f64).collect(),
-            input,
-            output,
-            ..InputOutput::default()
-        };
-        (record, answer)
+        (record(T, input, output), answer)
     }
 }
 
@@ -452,15 +446,11 @@ fn noise_shows_no_response() {
         let (alike, offset) = (random.one_of(&[0.0, 0.0, 0.8]), random.one_of(&[0.0, 0.1]));
         let mut last = 0.0;
         let noise = (0..samples).map(|_| {
-            last = alike * last + (1..=12).map(|_| random.between(-0.5, 0.5)).sum::<f64>();
+            last = alike * last + normal(&mut random);
             last + offset
         });
-        let record = InputOutput {
-            time_s: (0..samples).map(|n| T * n as f64).collect(),
-            output: noise.collect(),
-            input,
-            ..InputOutput::default()
-        };
+        let output = noise.collect();
+        let record = record(T, input, output);
         let found = searched(&record, None);
         found.is_ok_and(|found| found[0].shows_a_response(&record))
     });

@@ -4,6 +4,7 @@
 //! definition by powers of s knows nothing (R. Gorenflo, F. Mainardi, *Fractional calculus: integral and differential equations of fractional
 //! order*, 1997, equation 4.5).
 
+use crate::fixture::normal;
 use control_identification::model_search::{
     InputOutput, Wanted, candidates_of, find_start, identify,
 };
@@ -16,11 +17,6 @@ use fractional_control::num_complex::Complex;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use testkit::Random;
-
-/// Nearly normal, of deviation 1.
-pub(crate) fn normal(random: &mut Random) -> f64 {
-    (0..12).map(|_| random.between(-0.5, 0.5)).sum()
-}
 
 /// R, arcs of (r, τ, α), and a power of (k, α).
 #[derive(Clone, Debug, Default)]
