@@ -56,6 +56,18 @@ def test_margins_agree_with_python_control() -> None:
     assert not Loop(late, 2000.0, 5.0, 1.0, T).verdict().stable
 
 
+def test_the_slope_proved_for_every_motion_holds_the_inequality_of_its_multiplier() -> None:
+    loop = Loop(DEVICE, 2000.0, 5.0, 1.0, T)
+    limit = loop.slope_limit()
+    margin = loop.margins().gain_up
+    assert margin is not None
+    assert math.isclose(limit.linear, margin.value, rel_tol=1e-6)
+    assert 0.99 * limit.provable <= limit.proved <= limit.provable <= limit.linear
+    omega = np.geomspace(1.0, np.pi / T, 20_000)
+    multiplier = 1 - sum(h * np.exp(-1j * i * omega * T) for i, h in limit.multiplier)
+    assert np.min((multiplier * (1 / limit.proved + loop.loop_gain(omega))).real) > 0
+
+
 @pytest.mark.parametrize("scheme", ["exact", "full", "grunwald:50", "muir:3", "tustin-muir:5"])
 def test_a_region_is_where_verdicts_are_stable(scheme: str) -> None:
     found = region(DEVICE, 0.5, T, scheme, 1000)

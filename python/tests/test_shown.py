@@ -136,6 +136,7 @@ def test_every_part_of_a_device_is_read() -> None:
         (lambda: analysis.Device("65 mm"), ValueError, 'mass_kg: "65 mm" is not a mass: .* kg, g'),
         (lambda: analysis.Device("-65 g"), ValueError, "mass -0.065 kg is not above 0"),
         (lambda: analysis.Device(65), ValueError, "mass_kg: 65 has no unit: write 65g, or 65kg if it is that"),
+        (lambda: analysis.Device(mass=65.0), ValueError, "mass_kg: 65 has no unit"),
         (lambda: analysis.Device(*[0.1] * 6), TypeError, "has 5 numbers"),
         (lambda: analysis.Device(), TypeError, r'needs its mass: Device\("65 g"\)'),
         (lambda: analysis.Device("65 g", mas="65 g"), TypeError, "did you mean `mass_kg`"),
