@@ -216,7 +216,7 @@ fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
         let terms = terms.chain(function.denominator().terms());
         terms.map(|term| term.order).collect()
     };
-    let mut orders = plant.function().map(orders_of).unwrap_or_default();
+    let mut orders = plant.beside_factors().map(orders_of).unwrap_or_default();
     match &setup.law {
         ControllerParameters::Pid(law) => {
             orders.extend([law.integral_order, law.derivative_order]);
@@ -372,7 +372,7 @@ pub struct PoleAnalysis {
 /// response.
 #[must_use]
 pub fn poles(plant: &Plant) -> Option<PoleAnalysis> {
-    if let Some(function) = plant.function() {
+    if let Some(function) = plant.beside_factors() {
         let commensurate = function.commensurate().ok();
         return Some(PoleAnalysis {
             commensurate_order: commensurate.as_ref().map(|poles| poles.order()),

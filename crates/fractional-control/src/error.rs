@@ -64,6 +64,22 @@ pub enum ControlError {
         /// Words for what may stand there.
         expected: &'static str,
     },
+    /// A factor that only a plant has, in a controller or in a model to be fitted.
+    #[error("{factor} stands only in a plant: write powers of s, as in 1/(0.8s^2.2+0.5s^0.9+1)")]
+    OnlyInPlant {
+        /// The factor.
+        factor: crate::ImplicitFactor,
+    },
+    /// A plant that grows with frequency, or jumps, beside its powers of brackets.
+    #[error(
+        "beside powers of brackets the plant has order {numerator} above and {denominator} below, which is too fast: add a pole, as in 1/(0.01s+1)"
+    )]
+    BesideFactors {
+        /// Order of the numerator.
+        numerator: f64,
+        /// Order of the denominator.
+        denominator: f64,
+    },
     /// Orders without a common divisor that is large enough.
     #[error(
         "the orders have no common divisor, or one that gives degree {degree}, above 200: round them"

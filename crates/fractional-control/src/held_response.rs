@@ -3,7 +3,9 @@
 use crate::enclosure::Factor;
 use crate::plant::Model;
 use crate::poles::OnAxis;
-use crate::{FractionalPolynomial, FractionalTransferFunction, Plant, Term};
+use crate::{
+    FractionalPolynomial, FractionalTransferFunction, ImplicitFactor, ImplicitFactors, Plant, Term,
+};
 use certified_count::{Arc, Enclosed, Jet};
 use core::f64::consts::PI;
 use num_complex::Complex;
@@ -14,14 +16,18 @@ use std::vec::Vec;
 const TERMS: usize = 64;
 /// Terms on either side at most whose rates are bounded one by one: from there on the highest powers of the denominator are the largest by far.
 const ONE_BY_ONE: usize = 1024;
+/// Share of the sum below which a term is not followed by others that count: diffusion leaves none.
+const NOTHING_LEFT: f64 = 1e-24;
 /// ```text
 /// G_d(θ) = Σ_k G(jω_k)·e^(−jω_k τ)·(1 − e^(−jθ))/(jω_k T),   ω_k = (θ + 2πk)/T     (S. D. Poisson)
 /// ```
-/// What G passes on at once, D, is seen by the next measurement: G − D in the sum, and D·w^⌈τ/T⌉, at least D·w.
+/// What G passes on at once, D, is seen by the next measurement: G − D in the sum, and D·w^⌈τ/T⌉, at least D·w. G may have powers of brackets and
+/// diffusion as factors H beside it, with which D = 0.
 #[derive(Clone, Debug)]
 pub(crate) struct HeldResponse {
     /// G, without its dead time.
     function: FractionalTransferFunction,
+    factors: ImplicitFactors,
     /// The numerator of G − D, whose denominator is that of G.
     above: FractionalPolynomial,
     /// Terms whose rates are bounded one by one; `None` where that would be too many.
@@ -41,21 +47,28 @@ impl HeldResponse {
         };
         let above = function.numerator().terms().first()?;
         let below = function.denominator().terms().first()?;
-        let direct = if above.order < below.order {
+        let factors = *plant.factors();
+        let direct = if above.order < below.order || !factors.is_empty() {
             0.0
         } else {
             above.coefficient / below.coefficient
         };
         let led = |k: &usize| {
             let omega = 2.0 * PI * *k as f64 / sample_time_s;
-            Bounds::new(function.denominator(), libm::log(omega)).led > 0.25
+            let denominator = Bounds::new(function.denominator(), libm::log(omega));
+            denominator.led > 0.25 && factors.falls_from(omega)
         };
         let counts = core::iter::successors(Some(1), |k| Some(2 * k));
         Some(Self {
             direct,
             delay: plant.delay_s() / sample_time_s,
             function: **function,
-            above: function.numerator_without(direct)?,
+            above: if factors.is_empty() {
+                function.numerator_without(direct)?
+            } else {
+                *function.numerator()
+            },
+            factors,
             one_by_one: counts.take_while(|k| *k <= ONE_BY_ONE).find(led),
             sample_time_s,
             aliases: Shared::default(),
@@ -97,7 +110,8 @@ impl HeldResponse {
     /// (G − D)/(jω) at the angle x = ωT.
     fn term(&self, x: f64) -> Complex<f64> {
         let omega = x / self.sample_time_s;
-        (self.function.response(omega) - self.direct) / Complex::new(0.0, omega)
+        let s = Complex::new(0.0, omega);
+        (self.function.response(omega) - self.direct) * self.factors.at(s) / s
     }
 
     /// Σ of the aliases of θ, all terms but the first.
@@ -123,7 +137,11 @@ impl HeldResponse {
         let sum: Complex<f64> = (0..TERMS).map(|k| self.term(at(k)) * late(k)).sum();
         let far = |place: f64| self.term(2.0 * PI * place);
         let part = self.delay - libm::round(self.delay);
-        sum + far_sum(far, at(TERMS) / (2.0 * PI), part) * late(TERMS)
+        let a = at(TERMS) / (2.0 * PI);
+        if far(a).norm() <= NOTHING_LEFT * sum.norm() {
+            return sum;
+        }
+        sum + far_sum(far, a, part) * late(TERMS)
     }
 
     /// sup |d/dθ| of the same sum without its dead time, over from ∈ \[low, high\].
@@ -137,7 +155,7 @@ impl HeldResponse {
     }
 
     /// ```text
-    /// g = N/(jωA):   |dg/dx| ≤ (|N| + |N′|)/(ω|A|) + |N|·|A′|/(ω|A|²),   x = ln ω, ′ = d/dx
+    /// g = NH/(jωA):   |dg/dx| ≤ |H|·((|N|(1 + |H′/H|) + |N′|)/(ω|A|) + |N|·|A′|/(ω|A|²)),   x = ln ω, ′ = d/dx
     /// ```
     fn term_rate(&self, low: f64, high: f64) -> f64 {
         let ln = |angle: f64| libm::log(angle / self.sample_time_s);
@@ -152,12 +170,14 @@ impl HeldResponse {
         };
         let least = size(self.function.denominator(), &below) - half * below.rate;
         let most = size(&self.above, &above) + half * above.rate;
-        above.over(&below, most, least) * self.sample_time_s / (low * low)
+        let [size, rate] = self.factors.bounds([low, high].map(|x| x / self.sample_time_s));
+        size * above.over(&below, most, least, rate) * self.sample_time_s / (low * low)
     }
 
     /// The sum of those rates from the angle x on.
     /// ```text
-    /// |A| ≥ l·Σ|a|ω^α with the share l at x, and |dg/dx| ≤ |g|·(1 + ν + α/l), which falls as ω^(−β), β = 1 + α_lead − ν;   Σ of it/x over x + 2πk
+    /// |A| ≥ l·Σ|a|ω^α with the share l at x, and |dg/dx| ≤ |g|·(1 + ν + α/l + |H′/H|), which falls as ω^(−β), β = 1 + α_lead − ν − η, η that
+    /// of |H|;   Σ of it/x over x + 2πk
     /// ```
     fn rest_rate(&self, x: f64) -> f64 {
         let ln = libm::log(x / self.sample_time_s);
@@ -170,11 +190,73 @@ impl HeldResponse {
         }
         let (degree_above, degree_below) =
             (self.above.degree(), self.function.denominator().degree());
-        let relative = 1.0 + degree_above + degree_below / below.led;
+        let omega = x / self.sample_time_s;
+        let [size, rate] = self.factors.bounds([omega; 2]);
+        let relative = 1.0 + degree_above + degree_below / below.led + rate;
         let least = below.led * below.lead;
-        let first = relative * above.size / least * libm::exp(above.scale - below.scale);
-        let order = 1.0 + below.lead_order - degree_above;
+        let first = size * relative * above.size / least * libm::exp(above.scale - below.scale);
+        let order = 1.0 + below.lead_order - degree_above - self.factors.rise_from(omega);
+        if order <= 0.0 {
+            return f64::INFINITY;
+        }
         first * self.sample_time_s / (x * x) * (1.0 + x / (2.0 * PI * order))
+    }
+}
+
+impl ImplicitFactors {
+    /// sup |H| and sup |d ln H/d ln ω| on the imaginary axis between two frequencies.
+    /// ```text
+    /// |d ln(jbω + c)^α| = |α|·|jbω/(jbω + c)| ≤ |α|,   |d(−k√(jbω + c))| = k·bω/(2|√(jbω + c)|), which rises with ω;   |H| of each goes one way
+    /// ```
+    fn bounds(&self, [low, high]: [f64; 2]) -> [f64; 2] {
+        let of_factor = |factor: &ImplicitFactor| {
+            let base = |omega: f64| Complex::new(factor.constant, factor.slope * omega);
+            let size = |omega: f64| factor.of_base(base(omega)).norm();
+            let (rise, base) = (factor.slope * high, base(high).norm());
+            let rate = if factor.is_power {
+                1.0
+            } else {
+                0.5 * rise / libm::sqrt(base)
+            };
+            [size(low).max(size(high)), factor.order.abs() * rate]
+        };
+        let all = self.all().iter().map(of_factor);
+        all.fold([1.0, 0.0], |[size, rate], next| {
+            [size * next[0], rate + next[1]]
+        })
+    }
+
+    /// η, with which |H|·(κ + Y), κ ≥ 1, rises at most as ω^η from this frequency on; a power that falls does so at least as it does here.
+    fn rise_from(&self, omega: f64) -> f64 {
+        let rise = |factor: &ImplicitFactor| {
+            let rise = factor.slope * omega / factor.constant;
+            let share = rise * rise / (rise * rise + 1.0);
+            match (factor.is_power, factor.order > 0.0) {
+                (true, true) => factor.order,
+                (true, false) => factor.order * share,
+                (false, _) => -factor.fall_from(omega),
+            }
+        };
+        self.all().iter().map(rise).sum()
+    }
+
+    /// True if all diffusion falls faster from this frequency on than its rate rises.
+    fn falls_from(&self, omega: f64) -> bool {
+        let mut all = self.all().iter().filter(|factor| !factor.is_power);
+        all.all(|factor| factor.fall_from(omega) >= 0.0)
+    }
+}
+
+impl ImplicitFactor {
+    /// −d ln(|H|·(κ + Y))/d ln ω of diffusion at least, κ ≥ 1 and Y = |d ln H/d ln ω|; where it is not below 0 it rises from there on.
+    /// ```text
+    /// Y·sin(φ/2) − Y(1 − ½sin²φ)/(κ + Y),   Y = k·bω/(2√|jbω + c|),   φ = arg(jbω + c)
+    /// ```
+    fn fall_from(&self, omega: f64) -> f64 {
+        let base = Complex::new(self.constant, self.slope * omega);
+        let rate = -0.5 * self.order * base.im / libm::sqrt(base.norm());
+        let (angle, across) = (base.arg(), base.im / base.norm());
+        rate * (libm::sin(0.5 * angle) - (1.0 - 0.5 * across * across) / (1.0 + rate))
     }
 }
 
@@ -216,15 +298,15 @@ impl Bounds {
         }
     }
 
-    /// |dg/dx|·ω of g = N/(jωA) from bounds of |N| and |A|; infinite where the latter is not above 0.
-    fn over(&self, below: &Self, most: f64, least: f64) -> f64 {
+    /// |dg/dx|·ω of g = NH/(jωA) from bounds of |N|, |A| and |H′/H|, over |H|; infinite where |A| is not above 0.
+    fn over(&self, below: &Self, most: f64, least: f64, factors: f64) -> f64 {
         if self.size == 0.0 {
             return 0.0;
         }
         if least.is_nan() || least <= 0.0 {
             return f64::INFINITY;
         }
-        let relative = (most + self.rate) / least + most * below.rate / (least * least);
+        let relative = (most * (1.0 + factors) + self.rate) / least + most * below.rate / (least * least);
         relative * libm::exp(self.scale - below.scale)
     }
 }

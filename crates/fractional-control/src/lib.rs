@@ -11,12 +11,15 @@ mod controller;
 #[cfg(feature = "std")]
 mod curves;
 #[cfg(feature = "std")]
+mod cut;
+#[cfg(feature = "std")]
 mod enclosure;
 mod error;
 #[cfg(feature = "std")]
 mod held_response;
 #[cfg(feature = "std")]
 mod lateness;
+mod implicit;
 mod lead;
 #[cfg(feature = "std")]
 mod list;
@@ -63,6 +66,7 @@ pub use controller::{
     AVERAGED, Actuator, Controller, DEAD_ZONE, MISSED_MOST, Mode, RANGE_MOST, Station,
 };
 pub use error::ControlError;
+pub use implicit::{ImplicitFactor, ImplicitFactors};
 pub use memory::{Integral, PowerMemory, Rule};
 pub use notation::factor_after_division;
 pub use parallel::{FractionalPid, ParallelHistory};

@@ -2,23 +2,29 @@
 //! ```text
 //! sum      = ["-"] product { ("+" | "-") product }
 //! product  = power { ["*" | "/"] power }              2s, 2*s and 2 s are the same
-//! power    = atom ["^" exponent]                      exponent of s: any number; of a bracket: 0, 1, 2, …
-//! atom     = number | "s" | "(" sum ")" | "exp(" ["-"] number ["*"] "s" ")"
+//! power    = atom ["^" exponent]                      exponent of a bracket: whole, or any number of one such as (0.2s+1)
+//! atom     = number | "s" | "(" sum ")" | root | "exp(" ["-"] [number] ["*"] ("s" ["^0.5"] | root) ")"
+//! root     = "sqrt(" sum ")"
 //! exponent = ["-"] number | "(" ["-"] number ["/" number] ")" | "{" … "}"
 //! ```
-//! `exp(-0.5s)`, also `e^(-0.5s)`, is a dead time of 0.5 s; it stands only as a factor of the whole.
+//! `exp(-0.5s)`, also `e^(-0.5s)`, is a dead time of 0.5 s; `exp(-sqrt(3s))` is diffusion. Both, and powers of a bracket that are not whole, stand
+//! only in a plant, as factors of the whole.
 
+use crate::implicit::{ImplicitFactor, ImplicitFactors};
 use crate::{ControlError, FractionalPolynomial, FractionalTransferFunction, Term};
 use core::str::FromStr;
 use fracdiff::parameter::RangeError;
 
 const DEPTH_MAX: usize = 16;
 
-/// Transfer function and dead time in s.
-pub(crate) fn read(text: &str) -> Result<(FractionalTransferFunction, f64), ControlError> {
+/// Transfer function, dead time in s, and the other factors.
+pub(crate) fn read(
+    text: &str,
+) -> Result<(FractionalTransferFunction, f64, ImplicitFactors), ControlError> {
     let value = Quotient::read(text)?;
-    let function = FractionalTransferFunction::from_polynomials(value.above, value.below)?;
-    Ok((function, value.delay_s))
+    let (factors, [above, below]) = value.factors.split([value.above, value.below])?;
+    let function = FractionalTransferFunction::from_polynomials(above, below)?;
+    Ok((function, value.delay_s, factors))
 }
 
 /// The summands of a text that [`read`] takes.
@@ -69,7 +75,10 @@ impl FromStr for FractionalTransferFunction {
     type Err = ControlError;
 
     fn from_str(text: &str) -> Result<Self, ControlError> {
-        let (function, delay_s) = read(text)?;
+        let (function, delay_s, factors) = read(text)?;
+        if let Some(factor) = factors.all().first() {
+            return Err(ControlError::OnlyInPlant { factor: *factor });
+        }
         if delay_s > 0.0 {
             return Err(
                 RangeError::new("dead time", delay_s, "0: only a plant has one", "s").into(),
@@ -124,9 +133,12 @@ impl Reader<'_> {
                 return Ok(sum);
             }
             let next = self.summand()?;
-            if sum.delay_s != 0.0 || next.delay_s != 0.0 {
+            let is_plain = |part: &Quotient| part.delay_s == 0.0 && part.factors.is_empty();
+            if !is_plain(&sum) || !is_plain(&next) {
                 self.at = start;
-                return Err(self.wrong("a factor (a dead time must precede the whole function)"));
+                return Err(self.wrong(
+                    "a factor (a dead time must precede the whole function, as must exp(-sqrt(s)) and (s+1)^0.6)",
+                ));
             }
             sum = sum.plus(&next)?;
         }
@@ -177,12 +189,8 @@ impl Reader<'_> {
     }
 
     fn power(&mut self) -> Result<Quotient, ControlError> {
-        if self.takes(b's') {
-            let order = if self.takes(b'^') {
-                self.exponent()?
-            } else {
-                1.0
-            };
+        if !self.is_root() && self.takes(b's') {
+            let order = self.power_of_s()?;
             return Quotient::of(Term::new(1.0, order));
         }
         let base = self.atom()?;
@@ -191,32 +199,63 @@ impl Reader<'_> {
         }
         let start = self.at;
         let exponent = self.exponent()?;
-        let whole = (libm::trunc(exponent) - exponent).abs() == 0.0;
-        if !whole || !(0.0..=4.0).contains(&exponent) {
-            self.at = start;
-            return Err(self.wrong("0, 1, 2, 3 or 4 as the power of a bracket"));
+        self.raised(&base, exponent, start)
+    }
+
+    fn raised(
+        &self,
+        base: &Quotient,
+        exponent: f64,
+        at: usize,
+    ) -> Result<Quotient, ControlError> {
+        base.to_the(exponent)?.ok_or(ControlError::Notation {
+            at,
+            expected: "0, 1, 2, 3 or 4 as the power of a bracket, or any power of one such as (0.2s+1), both numbers above 0",
+        })
+    }
+
+    /// The exponent after s, 1 without one.
+    fn power_of_s(&mut self) -> Result<f64, ControlError> {
+        if self.takes(b'^') {
+            self.exponent()
+        } else {
+            Ok(1.0)
         }
-        let mut power = Quotient::of(Term::new(1.0, 0.0))?;
-        for _ in 0..exponent as usize {
-            power = power.times(&base)?;
+    }
+
+    fn is_root(&mut self) -> bool {
+        self.peek();
+        let rest = self.text.get(self.at..).unwrap_or_default();
+        rest.starts_with(b"sqrt(")
+    }
+
+    /// What is in the brackets of a root.
+    fn root(&mut self) -> Result<Quotient, ControlError> {
+        self.at += b"sqrt".len();
+        self.bracket()
+    }
+
+    fn bracket(&mut self) -> Result<Quotient, ControlError> {
+        self.at += 1;
+        if self.depth == DEPTH_MAX {
+            return Err(self.wrong("within at most 16 nested brackets"));
         }
-        Ok(power)
+        self.depth += 1;
+        let sum = self.sum()?;
+        self.depth -= 1;
+        self.expects(b')', "a closing bracket")?;
+        Ok(sum)
     }
 
     fn atom(&mut self) -> Result<Quotient, ControlError> {
         match self.peek() {
-            Some(b'(') => {
-                self.at += 1;
-                if self.depth == DEPTH_MAX {
-                    return Err(self.wrong("within at most 16 nested brackets"));
-                }
-                self.depth += 1;
-                let sum = self.sum()?;
-                self.depth -= 1;
-                self.expects(b')', "a closing bracket")?;
-                Ok(sum)
+            Some(b'(') => self.bracket(),
+            Some(b's') if self.is_root() => {
+                let start = self.at;
+                let base = self.root()?;
+                self.raised(&base, 0.5, start)
             }
-            Some(b'e') => self.dead_time(),
+            Some(b'e') => self.exponential(),
             Some(b'0'..=b'9' | b'.') => {
                 let coefficient = self.number()?;
                 if coefficient == 0.0 {
@@ -232,20 +271,16 @@ impl Reader<'_> {
     fn zero(&mut self) -> Result<Quotient, ControlError> {
         self.takes(b'*');
         let order = if self.takes(b's') {
-            if self.takes(b'^') {
-                self.exponent()?
-            } else {
-                1.0
-            }
+            self.power_of_s()?
         } else {
             0.0
         };
         Err(ControlError::ZeroCoefficient { order })
     }
 
-    /// `exp(-0.5s)` or `e^(-0.5s)`.
-    fn dead_time(&mut self) -> Result<Quotient, ControlError> {
-        let expected = "exp(-0.5s), a dead time,";
+    /// `exp(-0.5s)` or `e^(-0.5s)`; `exp(-2sqrt(s+1))`.
+    fn exponential(&mut self) -> Result<Quotient, ControlError> {
+        let expected = "exp(-0.5s), a dead time, or exp(-sqrt(0.5s)), diffusion,";
         let rest = self.text.get(self.at..).unwrap_or_default();
         let length = match rest {
             [b'e', b'x', b'p', ..] => 3,
@@ -254,19 +289,36 @@ impl Reader<'_> {
         };
         self.at += length;
         self.expects(b'(', expected)?;
-        let sign = if self.takes(b'-') { 1.0 } else { -1.0 };
-        let seconds = if self.peek() == Some(b's') {
+        let sign = if self.takes(b'-') { -1.0 } else { 1.0 };
+        let size = if self.peek() == Some(b's') {
             1.0
         } else {
             self.number()?
         };
         self.takes(b'*');
-        self.expects(b's', expected)?;
+        let factor = sign * size;
+        let mut value = Quotient::of(Term::new(1.0, 0.0))?;
+        let start = self.at;
+        let of_base = |[slope, constant]: [f64; 2]| ImplicitFactor::diffusion(slope, constant, factor);
+        let diffusion = if self.is_root() {
+            self.root()?.bracket().map(of_base)
+        } else {
+            self.expects(b's', expected)?;
+            let order = self.power_of_s()?;
+            if (order - 1.0).abs() == 0.0 {
+                value.delay_s = -factor;
+                self.expects(b')', "a closing bracket")?;
+                return Ok(value);
+            }
+            ((order - 0.5).abs() == 0.0).then(|| of_base([1.0, 0.0]))
+        };
+        let Some(diffusion) = diffusion else {
+            self.at = start;
+            return Err(self.wrong(expected));
+        };
+        value.factors.push(diffusion)?;
         self.expects(b')', "a closing bracket")?;
-        Ok(Quotient {
-            delay_s: sign * seconds,
-            ..Quotient::of(Term::new(1.0, 0.0))?
-        })
+        Ok(value)
     }
 
     fn exponent(&mut self) -> Result<f64, ControlError> {
@@ -344,9 +396,19 @@ pub(crate) struct Quotient {
     pub(crate) above: FractionalPolynomial,
     pub(crate) below: FractionalPolynomial,
     pub(crate) delay_s: f64,
+    pub(crate) factors: ImplicitFactors,
 }
 
 impl Quotient {
+    pub(crate) const fn plain(above: FractionalPolynomial, below: FractionalPolynomial) -> Self {
+        Self {
+            above,
+            below,
+            delay_s: 0.0,
+            factors: ImplicitFactors::NONE,
+        }
+    }
+
     pub(crate) fn of(term: Term) -> Result<Self, ControlError> {
         let one = Term::new(1.0, 0.0);
         // A negative power of s stands below.
@@ -358,21 +420,23 @@ impl Quotient {
         } else {
             (term, one)
         };
-        let mut value = Self {
-            above: FractionalPolynomial::ZERO,
-            below: FractionalPolynomial::ZERO,
-            delay_s: 0.0,
-        };
+        let mut value = Self::plain(FractionalPolynomial::ZERO, FractionalPolynomial::ZERO);
         value.above.add(above)?;
         value.below.add(below)?;
         Ok(value)
     }
 
     pub(crate) fn times(&self, other: &Self) -> Result<Self, ControlError> {
+        let mut factors = self.factors;
+        let mut left = 1.0;
+        for factor in other.factors.all() {
+            left *= factors.push(*factor)?;
+        }
         Ok(Self {
-            above: self.above.times(&other.above)?,
+            above: self.above.times(&other.above)?.scaled(left),
             below: self.below.times(&other.below)?,
             delay_s: self.delay_s + other.delay_s,
+            factors,
         }
         .shortened())
     }
@@ -383,7 +447,68 @@ impl Quotient {
             above: other.below,
             below: other.above,
             delay_s: -other.delay_s,
+            factors: other.factors.to_the(-1.0),
         })
+    }
+
+    /// b and c of bs + c, neither below 0 and b above it.
+    fn bracket(&self) -> Option<[f64; 2]> {
+        let is_plain = self.delay_s == 0.0 && self.factors.is_empty();
+        let number = match self.below.terms() {
+            [below] if is_plain && below.order == 0.0 => below.coefficient,
+            _ => return None,
+        };
+        let is_one = |term: &Term| (term.order - 1.0).abs() == 0.0;
+        let numbers = match self.above.terms() {
+            [slope] if is_one(slope) => [slope.coefficient / number, 0.0],
+            [slope, constant] if is_one(slope) && constant.order == 0.0 => {
+                [slope.coefficient / number, constant.coefficient / number]
+            }
+            _ => return None,
+        };
+        (numbers[0] > 0.0 && numbers[1] >= 0.0).then_some(numbers)
+    }
+
+    /// A power; `None` of one that is not whole, or above 4, and of no product of single terms and brackets bs + c.
+    fn to_the(&self, exponent: f64) -> Result<Option<Self>, ControlError> {
+        let one = Self::of(Term::new(1.0, 0.0))?;
+        let whole = (libm::trunc(exponent) - exponent).abs() == 0.0;
+        if whole && (-4.0..=4.0).contains(&exponent) {
+            let mut power = one;
+            for _ in 0..exponent.abs() as usize {
+                power = power.times(self)?;
+            }
+            return if exponent < 0.0 {
+                one.over(&power).map(Some)
+            } else {
+                Ok(Some(power))
+            };
+        }
+        let powers = self.factors.all().iter().all(|factor| factor.is_power);
+        if whole || self.delay_s != 0.0 || !powers {
+            return Ok(None);
+        }
+        let factors = self.factors.to_the(exponent);
+        let mut power = Self { factors, ..one };
+        for (side, exponent) in [(self.above, exponent), (self.below, -exponent)] {
+            let next = match side.terms() {
+                [one] if one.coefficient > 0.0 => Self::of(Term::new(
+                    libm::pow(one.coefficient, exponent),
+                    exponent * one.order,
+                ))?,
+                _ => {
+                    let Some([slope, constant]) = Self::plain(side, one.below).bracket() else {
+                        return Ok(None);
+                    };
+                    let mut next = one;
+                    let factor = ImplicitFactor::power(slope, constant, exponent);
+                    next.factors.push(factor)?;
+                    next
+                }
+            };
+            power = power.times(&next)?;
+        }
+        Ok(Some(power))
     }
 
     /// Over a common denominator, the same one where it is the same.
@@ -401,7 +526,7 @@ impl Quotient {
         Ok(Self {
             above: left.plus(&right)?,
             below: self.below.times(&others)?,
-            delay_s: self.delay_s,
+            ..*self
         })
     }
 

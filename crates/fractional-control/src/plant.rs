@@ -1,7 +1,8 @@
 //! The thing to be controlled: a transfer function, matrices, or a measured response, each with a dead time.
 
 use crate::poles::OnAxis;
-use crate::{ControlError, FractionalTransferFunction, StateSpace};
+use crate::{ControlError, FractionalTransferFunction, ImplicitFactors, StateSpace};
+use core::fmt;
 use core::str::FromStr;
 use fracdiff::parameter::{RangeError, not_negative, positive, range};
 use num_complex::Complex;
@@ -15,12 +16,17 @@ use std::vec::Vec;
 /// let oven: Plant = "3.13*exp(-50s)/(433.33s+1)".parse()?;
 /// let response = oven.response(0.008).expect("at any frequency");
 /// assert!((response.norm() - 3.13 / (433.33_f64 * 0.008).hypot(1.0)).abs() < 1e-12);
+/// let rod: Plant = "exp(-sqrt(3s))/(s+1)".parse()?;
+/// let response = rod.response(6.0).expect("at any frequency");
+/// assert!((response.norm() - f64::exp(-3.0) / 6.0_f64.hypot(1.0)).abs() < 1e-12);
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
     pub(crate) model: Model,
     pub(crate) delay_s: f64,
+    /// Further factors of a transfer function.
+    pub(crate) factors: ImplicitFactors,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +52,7 @@ impl Plant {
         Ok(Self {
             model: Model::Transfer(Box::new(function)),
             delay_s: dead_time(delay_s)?,
+            factors: ImplicitFactors::default(),
         })
     }
 
@@ -57,6 +64,7 @@ impl Plant {
         Ok(Self {
             model: Model::StateSpace(states),
             delay_s: dead_time(delay_s)?,
+            factors: ImplicitFactors::default(),
         })
     }
 
@@ -88,6 +96,7 @@ impl Plant {
         Ok(Self {
             model: Model::Measured(Measured(rows)),
             delay_s: 0.0,
+            factors: ImplicitFactors::default(),
         })
     }
 
@@ -125,13 +134,24 @@ impl Plant {
         matches!(self.model, Model::Measured(_))
     }
 
-    /// The transfer function without the dead time, of a plant that is one.
+    /// The transfer function without the dead time, of a plant that is one and has no further factors.
     #[must_use]
     pub fn function(&self) -> Option<&FractionalTransferFunction> {
+        self.beside_factors().filter(|_| self.factors.is_empty())
+    }
+
+    /// The transfer function beside dead time and further factors, which has all the poles.
+    pub(crate) fn beside_factors(&self) -> Option<&FractionalTransferFunction> {
         let Model::Transfer(function) = &self.model else {
             return None;
         };
         Some(function)
+    }
+
+    /// Powers of brackets and diffusion, by which its transfer function is multiplied: no pole, but cuts.
+    #[must_use]
+    pub fn factors(&self) -> &ImplicitFactors {
+        &self.factors
     }
 
     /// G(jω) with the dead time; `None` outside the band of a measured response.
@@ -143,7 +163,8 @@ impl Plant {
             Model::Measured(measured) => return measured.at(omega),
         };
         let (sin, cos) = libm::sincos(omega * self.delay_s);
-        Some(response * Complex::new(cos, -sin))
+        let factors = self.factors.at(Complex::new(0.0, omega));
+        Some(response * factors * Complex::new(cos, -sin))
     }
 
     /// The lowest and the highest frequency at which something is known, rad/s.
@@ -269,7 +290,7 @@ impl Plant {
     /// The order of the factor s^a that it has at rest, below 0 where it adds up; 0 of a plant that is no transfer function.
     #[must_use]
     pub fn order_at_rest(&self) -> f64 {
-        self.function().map_or(0.0, |function| {
+        self.beside_factors().map_or(0.0, |function| {
             function.numerator().lowest() - function.denominator().lowest()
         })
     }
@@ -311,9 +332,26 @@ impl Measured {
 impl FromStr for Plant {
     type Err = ControlError;
 
-    /// Reads a transfer function, with `exp(-0.5s)` as a factor for a dead time of 0.5 s.
+    /// Reads a transfer function; `exp(-0.5s)` as a factor is a dead time of 0.5 s, `exp(-sqrt(3s))` diffusion, and `(0.2s+1)^0.6` any power.
     fn from_str(text: &str) -> Result<Self, ControlError> {
-        let (function, delay_s) = crate::notation::read(text)?;
-        Self::transfer(function, delay_s)
+        let (function, delay_s, factors) = crate::notation::read(text)?;
+        let plant = Self::transfer(function, delay_s)?;
+        Ok(Self { factors, ..plant })
+    }
+}
+
+/// The notation that is read; of matrices and of a measured response their kind alone.
+impl fmt::Display for Plant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.delay_s > 0.0 {
+            f.write_str("exp(-")?;
+            crate::transfer::short(f, self.delay_s)?;
+            f.write_str("s)*")?;
+        }
+        match &self.model {
+            Model::Transfer(function) => self.factors.around(f, function),
+            Model::StateSpace(_) => f.write_str("matrices"),
+            Model::Measured(_) => f.write_str("measured response"),
+        }
     }
 }

@@ -1,18 +1,23 @@
 //! A plant as a sampled loop sees it: held, late, exact where it can be.
 
-use crate::StateSpace;
 use crate::curves::transfer_fraction;
+use crate::cut::HeldFactors;
 use crate::enclosure::{Factor, Fraction, Product, Sum};
 use crate::held_response::HeldResponse;
 use crate::plant::Model;
 use crate::records::MODES;
 use crate::state_space::{SampledStates, StatesInV};
-use crate::{ControlError, Plant, PowerMemory, Rule, SampledHistory, SampledTransferFunction};
+use crate::{
+    ControlError, FractionalTransferFunction, Plant, PowerMemory, Rule, SampledHistory,
+    SampledTransferFunction, StateSpace,
+};
 use fracdiff::parameter::range;
 use fracdiff::{Differintegrator, Seconds};
 use nalgebra::DVector;
+use std::boxed::Box;
 use std::collections::VecDeque;
 use std::vec;
+use std::vec::Vec;
 
 /// Above over below of it on the circle.
 const PLANT: &str = "gain of the plant over a sample";
@@ -43,6 +48,8 @@ const USUAL_SAMPLES: f64 = 1e6;
 /// - *Other transfer functions*: by the rule of [`PowerMemory`], fed with the held command as a hat function between neighbouring samples sees it,
 ///   m\[n\] = p₀u\[n−d\] + p₁u\[n−d−1\] + p₂u\[n−d−2\] with p = ((1−h)²/2, 1/2 + h − h², h²/2): an error of O(T²) with
 ///   [`Rule::Bdf2`](crate::Rule::Bdf2). Where p₀ acts at once the loop is solved for the command.
+/// - *Powers of brackets and diffusion*: exactly, by the decays along their cuts. A transfer function beside them that is no number follows the rule,
+///   fed with their output.
 #[derive(Clone, Debug)]
 pub struct HeldPlant {
     kind: Kind,
@@ -61,8 +68,17 @@ pub struct HeldPlant {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Transfer(std::boxed::Box<SampledTransferFunction<f64, MODES>>),
+    Transfer(Box<SampledTransferFunction<f64, MODES>>),
     States(SampledStates),
+    /// Factors, and the function behind them.
+    Factors(HeldFactors, Behind),
+}
+
+/// What is behind powers of brackets and diffusion.
+#[derive(Clone, Debug)]
+enum Behind {
+    Gain(f64),
+    Transfer(Box<SampledTransferFunction<f64, MODES>>),
 }
 
 /// The state of a [`HeldPlant`].
@@ -75,8 +91,12 @@ pub struct PlantState {
 
 #[derive(Clone, Debug)]
 enum KindState {
-    Transfer(std::boxed::Box<SampledHistory<f64, MODES>>),
+    Transfer(Box<SampledHistory<f64, MODES>>),
     States(DVector<f64>),
+    Factors(
+        Vec<f64>,
+        Option<Box<SampledHistory<f64, MODES>>>,
+    ),
 }
 
 impl HeldPlant {
@@ -116,6 +136,9 @@ impl HeldPlant {
             }
             Model::Measured(_) => return Err(ControlError::Measured),
         };
+        if !plant.factors().is_empty() {
+            return Self::behind_factors(plant, function, memory, delay, h, sample_time);
+        }
         if let Some((states, direct)) = StateSpace::of_function(function) {
             let integrators = function.denominator().lowest();
             return Self::in_states(&states, direct, delay, h, integrators, sample_time);
@@ -127,7 +150,7 @@ impl HeldPlant {
         let above = factors.iter().fold(curve.above, Sum::with);
         let curve = Fraction { above, ..curve }.bearable(PLANT)?;
         Ok(Self {
-            kind: Kind::Transfer(std::boxed::Box::new(running)),
+            kind: Kind::Transfer(Box::new(running)),
             delay,
             part: h,
             path,
@@ -135,6 +158,45 @@ impl HeldPlant {
             memory_s: curve.remembers().then_some(memory.horizon_s()),
             held: HeldResponse::new(plant, sample_time.0),
             curve,
+            sample_time,
+        })
+    }
+
+    fn behind_factors(
+        plant: &Plant,
+        function: &FractionalTransferFunction,
+        memory: PowerMemory,
+        delay: usize,
+        h: f64,
+        sample_time: Seconds,
+    ) -> Result<Self, ControlError> {
+        let (factors, silent) = HeldFactors::new(plant.factors(), sample_time.0, h);
+        let inside = silent <= DELAY_MAX;
+        let what = "time before diffusion arrives";
+        range(what, silent, inside, "at most 10000 {}", "samples")?;
+        let delay = delay + silent as usize;
+        let curve = transfer_fraction(function, memory, sample_time)?;
+        let remembers = curve.remembers() || plant.factors().remembers(sample_time.0);
+        let above = Sum(factors.times(&curve.above.0)).with(&Factor::Delay(delay));
+        let is_number = function.denominator().degree() == 0.0;
+        let behind = if is_number {
+            Behind::Gain(function.gain_at_rest())
+        } else {
+            let running = SampledTransferFunction::new(function, memory, sample_time)?;
+            Behind::Transfer(Box::new(running))
+        };
+        Ok(Self {
+            kind: Kind::Factors(factors, behind),
+            delay,
+            part: h,
+            path: [0.0; 3],
+            direct: (0.0, 1),
+            curve: Fraction { above, ..curve }.bearable(PLANT)?,
+            memory_s: remembers.then_some(memory.horizon_s()),
+            // Decays cancel each other where diffusion leaves nothing.
+            held: (!is_number || plant.factors().degree().is_none())
+                .then(|| HeldResponse::new(plant, sample_time.0))
+                .flatten(),
             sample_time,
         })
     }
@@ -171,7 +233,10 @@ impl HeldPlant {
     /// about 0.3/T.
     #[must_use]
     pub const fn is_exact(&self) -> bool {
-        matches!(self.kind, Kind::States(_))
+        matches!(
+            self.kind,
+            Kind::States(_) | Kind::Factors(_, Behind::Gain(_))
+        )
     }
 
     /// T, for which the plant was sampled.
@@ -205,9 +270,16 @@ impl HeldPlant {
         PlantState {
             kind: match &self.kind {
                 Kind::Transfer(running) => {
-                    KindState::Transfer(std::boxed::Box::new(running.at_rest()))
+                    KindState::Transfer(Box::new(running.at_rest()))
                 }
                 Kind::States(states) => KindState::States(states.at_rest()),
+                Kind::Factors(factors, behind) => KindState::Factors(
+                    factors.at_rest(),
+                    match behind {
+                        Behind::Gain(_) => None,
+                        Behind::Transfer(running) => Some(Box::new(running.at_rest())),
+                    },
+                ),
             },
             commands: vec![0.0; self.delay + 2].into(),
         }
@@ -241,6 +313,15 @@ impl HeldPlant {
                 let past = state.commands.get(self.delay + later - 1);
                 states.output(inner) + gain * past.copied().unwrap_or(0.0)
             }
+            (Kind::Factors(factors, behind), KindState::Factors(decays, inner)) => {
+                let last = state.commands.get(self.delay).copied().unwrap_or(0.0);
+                let between = factors.output(decays, last);
+                match (behind, inner) {
+                    (Behind::Transfer(running), Some(inner)) => running.output(inner, between),
+                    (Behind::Gain(gain), _) => gain * between,
+                    _ => f64::NAN,
+                }
+            }
             _ => f64::NAN,
         }
     }
@@ -266,6 +347,12 @@ impl HeldPlant {
         match (&self.kind, &mut state.kind) {
             (Kind::Transfer(running), KindState::Transfer(inner)) => running.advance(inner, held),
             (Kind::States(states), KindState::States(inner)) => states.advance(inner, newest, last),
+            (Kind::Factors(factors, behind), KindState::Factors(decays, inner)) => {
+                if let (Behind::Transfer(running), Some(inner)) = (behind, inner) {
+                    running.advance(inner, factors.output(decays, last));
+                }
+                factors.advance(decays, last);
+            }
             _ => {}
         }
         state.commands.rotate_right(1);

@@ -34,11 +34,7 @@ impl SumOfParts {
     pub fn new(parts: Vec<FractionalTransferFunction>) -> Result<Self, ControlError> {
         let mut sum: Option<Quotient> = None;
         for part in &parts {
-            let next = Quotient {
-                above: *part.numerator(),
-                below: *part.denominator(),
-                delay_s: 0.0,
-            };
+            let next = Quotient::plain(*part.numerator(), *part.denominator());
             sum = Some(match sum {
                 Some(sum) => sum.plus(&next)?,
                 None => next,

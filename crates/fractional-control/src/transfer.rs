@@ -318,6 +318,13 @@ impl FractionalPolynomial {
         rest
     }
 
+    pub(crate) fn scaled(mut self, factor: f64) -> Self {
+        for term in &mut self.terms[..self.count] {
+            term.coefficient *= factor;
+        }
+        self
+    }
+
     pub(crate) fn plus(mut self, other: &Self) -> Result<Self, ControlError> {
         for term in other.terms() {
             self.add(*term)?;

@@ -11,6 +11,7 @@ mod fast_poles;
 mod field;
 mod fixture;
 mod held_loops;
+mod implicit;
 mod margins;
 mod notation;
 mod plants;
