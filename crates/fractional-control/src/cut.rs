@@ -10,7 +10,7 @@
 //! ```
 //! τ the square of the sum of the factors before s in its roots and x its angle at a: e^(−√(τs)) swings along the cut.
 //!
-//! - *Units*: r in rad/s, t in s, S that of H. *Errors*: 1e-11 of the largest |S| (`tests/suite/implicit.rs`). *Cost*: some hundred decays.
+//! - *Units*: r in rad/s, t in s, S that of H. *Errors*: 1e-12 of H(0) (`tests/suite/implicit.rs`). *Cost*: some hundred decays.
 
 use crate::ImplicitFactors;
 use crate::enclosure::{Factor, Product};

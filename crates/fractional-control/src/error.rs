@@ -70,9 +70,9 @@ pub enum ControlError {
         /// The factor.
         factor: crate::ImplicitFactor,
     },
-    /// A plant that grows with frequency, or jumps, beside its powers of brackets.
+    /// A plant whose function grows with frequency, or jumps, beside powers of brackets that do not fall as fast.
     #[error(
-        "beside powers of brackets the plant has order {numerator} above and {denominator} below, which is too fast: add a pole, as in 1/(0.01s+1)"
+        "beside its powers of brackets the plant has order {numerator} above and {denominator} below, which is too fast: add a pole, as in 1/(0.01s+1)"
     )]
     BesideFactors {
         /// Order of the numerator.

@@ -170,7 +170,9 @@ impl HeldResponse {
         };
         let least = size(self.function.denominator(), &below) - half * below.rate;
         let most = size(&self.above, &above) + half * above.rate;
-        let [size, rate] = self.factors.bounds([low, high].map(|x| x / self.sample_time_s));
+        let [size, rate] = self
+            .factors
+            .bounds([low, high].map(|x| x / self.sample_time_s));
         size * above.over(&below, most, least, rate) * self.sample_time_s / (low * low)
     }
 
@@ -306,7 +308,8 @@ impl Bounds {
         if least.is_nan() || least <= 0.0 {
             return f64::INFINITY;
         }
-        let relative = (most * (1.0 + factors) + self.rate) / least + most * below.rate / (least * least);
+        let relative =
+            (most * (1.0 + factors) + self.rate) / least + most * below.rate / (least * least);
         relative * libm::exp(self.scale - below.scale)
     }
 }

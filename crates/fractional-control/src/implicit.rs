@@ -3,6 +3,7 @@
 use crate::transfer::short;
 use crate::{ControlError, FractionalPolynomial, Term};
 use core::fmt;
+#[cfg(feature = "std")]
 use fracdiff::parameter::range;
 use num_complex::Complex;
 
@@ -61,6 +62,7 @@ impl ImplicitFactor {
         (base.sqrt() * self.order).exp()
     }
 
+    #[cfg(feature = "std")]
     fn checked(&self) -> Result<(), ControlError> {
         for (what, value) in [
             ("number before s", self.slope),
@@ -127,6 +129,14 @@ impl ImplicitFactors {
         self.count == 0
     }
 
+    /// The frequencies about which they bend, rad/s.
+    pub fn corners(&self) -> impl Iterator<Item = f64> {
+        self.all().iter().map(|factor| {
+            let swings = factor.order * factor.order * factor.slope;
+            factor.branch() + if factor.is_power { 0.0 } else { 1.0 / swings }
+        })
+    }
+
     /// H(s), on the principal branch.
     #[must_use]
     pub fn at(&self, s: Complex<f64>) -> Complex<f64> {
@@ -136,6 +146,7 @@ impl ImplicitFactors {
     }
 
     /// The sum of its powers, by which it grows with ω; `None` with diffusion, which falls faster than any.
+    #[cfg(feature = "std")]
     pub(crate) fn degree(&self) -> Option<f64> {
         let all = self.all();
         let is_known = all.iter().all(|factor| factor.is_power);
@@ -183,17 +194,19 @@ impl ImplicitFactors {
     ///
     /// # Errors
     /// A factor outside its range; a rest that still grows, or powers that do not fall beside a rest that moves: its input would jump.
+    #[cfg(feature = "std")]
     pub(crate) fn split(
         &self,
         [mut above, mut below]: [FractionalPolynomial; 2],
     ) -> Result<(Self, [FractionalPolynomial; 2]), ControlError> {
-        let mut left = *self;
+        let (mut all, mut orders) = (self.all, [above.degree(), below.degree()]);
         // The whole power of each, and by what the rest then grows.
         let mut wholes = [0.0; FACTORS_MAX];
-        for (factor, whole) in left.all.iter_mut().zip(&mut wholes).take(self.count) {
+        for (factor, whole) in all.iter_mut().zip(&mut wholes).take(self.count) {
             factor.checked()?;
             let nearest = libm::round(factor.order);
             if factor.is_power {
+                orders[usize::from(factor.order < 0.0)] += factor.order.abs();
                 let is_whole = (factor.order - nearest).abs() < SAME;
                 *whole = if is_whole {
                     nearest
@@ -204,7 +217,7 @@ impl ImplicitFactors {
             }
         }
         let mut grows = above.degree() - below.degree() + wholes.iter().sum::<f64>();
-        for (factor, whole) in left.all.iter_mut().zip(&mut wholes) {
+        for (factor, whole) in all.iter_mut().zip(&mut wholes) {
             if grows > SAME && factor.is_power && factor.order < 0.0 {
                 (factor.order, *whole, grows) = (factor.order + 1.0, *whole - 1.0, grows - 1.0);
             }
@@ -217,36 +230,27 @@ impl ImplicitFactors {
                 ])?)?;
             }
         }
-        let mut factors = Self::NONE;
-        for factor in left.all().iter().filter(|factor| factor.order != 0.0) {
-            factors.push(*factor)?;
+        let mut left = Self::NONE;
+        for factor in all.iter().filter(|factor| factor.order != 0.0) {
+            left.push(*factor)?;
         }
-        let left = factors;
+        let [numerator, denominator] = orders;
+        if left.degree().is_some() && numerator > denominator + SAME {
+            return Err(ControlError::Improper {
+                numerator,
+                denominator,
+            });
+        }
         let (numerator, denominator) = (above.degree(), below.degree());
         let moves = numerator > 0.0 || denominator > 0.0;
         let jumps = |degree: f64| degree > SAME || moves && degree > -SAME;
-        let is_left = !left.is_empty();
-        if is_left && (numerator > denominator || left.degree().is_some_and(jumps)) {
+        let is_fast = numerator > denominator || left.degree().is_some_and(jumps);
+        if is_fast && !left.is_empty() {
             return Err(ControlError::BesideFactors {
                 numerator,
                 denominator,
             });
         }
         Ok((left, [above, below]))
-    }
-}
-
-impl ImplicitFactors {
-    /// The words of a plant that has this function beside these factors.
-    pub(crate) fn around(&self, f: &mut fmt::Formatter<'_>, function: impl fmt::Display) -> fmt::Result {
-        for factor in self.all().iter().filter(|factor| !factor.is_power) {
-            write!(f, "{factor}*")?;
-        }
-        write!(f, "{function}")?;
-        for factor in self.all().iter().filter(|factor| factor.is_power) {
-            let sign = if factor.order < 0.0 { "/" } else { "*" };
-            write!(f, "{sign}{factor}")?;
-        }
-        Ok(())
     }
 }

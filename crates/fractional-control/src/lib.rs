@@ -17,9 +17,9 @@ mod enclosure;
 mod error;
 #[cfg(feature = "std")]
 mod held_response;
+mod implicit;
 #[cfg(feature = "std")]
 mod lateness;
-mod implicit;
 mod lead;
 #[cfg(feature = "std")]
 mod list;

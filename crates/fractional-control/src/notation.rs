@@ -17,17 +17,18 @@ use fracdiff::parameter::RangeError;
 
 const DEPTH_MAX: usize = 16;
 
-/// Transfer function, dead time in s, and the other factors.
-pub(crate) fn read(
+/// A plant: transfer function, dead time in s, and the other factors.
+#[cfg(feature = "std")]
+pub(crate) fn plant(
     text: &str,
 ) -> Result<(FractionalTransferFunction, f64, ImplicitFactors), ControlError> {
-    let value = Quotient::read(text)?;
+    let (value, _) = Quotient::with_place(text)?;
     let (factors, [above, below]) = value.factors.split([value.above, value.below])?;
     let function = FractionalTransferFunction::from_polynomials(above, below)?;
     Ok((function, value.delay_s, factors))
 }
 
-/// The summands of a text that [`read`] takes.
+/// The summands of a text that [`Quotient::read`] takes.
 #[cfg(feature = "std")]
 pub(crate) fn summands(text: &str) -> Result<std::vec::Vec<Quotient>, ControlError> {
     let mut reader = Reader::of(text);
@@ -53,9 +54,13 @@ pub fn factor_after_division(text: &str) -> Option<usize> {
 }
 
 impl Quotient {
-    /// Any quotient, proper or not.
+    /// Any quotient, proper or not, perhaps with a dead time.
     pub(crate) fn read(text: &str) -> Result<Self, ControlError> {
-        Self::with_place(text).map(|(value, _)| value)
+        let (value, _) = Self::with_place(text)?;
+        match value.factors.all().first() {
+            None => Ok(value),
+            Some(factor) => Err(ControlError::OnlyInPlant { factor: *factor }),
+        }
     }
 
     fn with_place(text: &str) -> Result<(Self, Option<usize>), ControlError> {
@@ -75,16 +80,12 @@ impl FromStr for FractionalTransferFunction {
     type Err = ControlError;
 
     fn from_str(text: &str) -> Result<Self, ControlError> {
-        let (function, delay_s, factors) = read(text)?;
-        if let Some(factor) = factors.all().first() {
-            return Err(ControlError::OnlyInPlant { factor: *factor });
+        let value = Quotient::read(text)?;
+        if value.delay_s > 0.0 {
+            let allowed = "0: only a plant has one";
+            return Err(RangeError::new("dead time", value.delay_s, allowed, "s").into());
         }
-        if delay_s > 0.0 {
-            return Err(
-                RangeError::new("dead time", delay_s, "0: only a plant has one", "s").into(),
-            );
-        }
-        Ok(function)
+        Self::from_polynomials(value.above, value.below)
     }
 }
 
@@ -137,7 +138,7 @@ impl Reader<'_> {
             if !is_plain(&sum) || !is_plain(&next) {
                 self.at = start;
                 return Err(self.wrong(
-                    "a factor (a dead time must precede the whole function, as must exp(-sqrt(s)) and (s+1)^0.6)",
+                    "a factor (a dead time must precede the whole function, as must exp(-sqrt(s)) or (s+1)^0.6)",
                 ));
             }
             sum = sum.plus(&next)?;
@@ -202,13 +203,8 @@ impl Reader<'_> {
         self.raised(&base, exponent, start)
     }
 
-    fn raised(
-        &self,
-        base: &Quotient,
-        exponent: f64,
-        at: usize,
-    ) -> Result<Quotient, ControlError> {
-        base.to_the(exponent)?.ok_or(ControlError::Notation {
+    fn raised(&self, base: &Quotient, exponent: f64, at: usize) -> Result<Quotient, ControlError> {
+        base.raised_to(exponent)?.ok_or(ControlError::Notation {
             at,
             expected: "0, 1, 2, 3 or 4 as the power of a bracket, or any power of one such as (0.2s+1), both numbers above 0",
         })
@@ -280,7 +276,7 @@ impl Reader<'_> {
 
     /// `exp(-0.5s)` or `e^(-0.5s)`; `exp(-2sqrt(s+1))`.
     fn exponential(&mut self) -> Result<Quotient, ControlError> {
-        let expected = "exp(-0.5s), a dead time, or exp(-sqrt(0.5s)), diffusion,";
+        let expected = "exp(-0.5s), a dead time, or exp(-sqrt(0.5s)), diffusion";
         let rest = self.text.get(self.at..).unwrap_or_default();
         let length = match rest {
             [b'e', b'x', b'p', ..] => 3,
@@ -299,7 +295,8 @@ impl Reader<'_> {
         let factor = sign * size;
         let mut value = Quotient::of(Term::new(1.0, 0.0))?;
         let start = self.at;
-        let of_base = |[slope, constant]: [f64; 2]| ImplicitFactor::diffusion(slope, constant, factor);
+        let of_base =
+            |[slope, constant]: [f64; 2]| ImplicitFactor::diffusion(slope, constant, factor);
         let diffusion = if self.is_root() {
             self.root()?.bracket().map(of_base)
         } else {
@@ -470,7 +467,7 @@ impl Quotient {
     }
 
     /// A power; `None` of one that is not whole, or above 4, and of no product of single terms and brackets bs + c.
-    fn to_the(&self, exponent: f64) -> Result<Option<Self>, ControlError> {
+    fn raised_to(&self, exponent: f64) -> Result<Option<Self>, ControlError> {
         let one = Self::of(Term::new(1.0, 0.0))?;
         let whole = (libm::trunc(exponent) - exponent).abs() == 0.0;
         if whole && (-4.0..=4.0).contains(&exponent) {

@@ -1,12 +1,15 @@
 //! The thing to be controlled: a transfer function, matrices, or a measured response, each with a dead time.
 
 use crate::poles::OnAxis;
-use crate::{ControlError, FractionalTransferFunction, ImplicitFactors, StateSpace};
+use crate::{
+    ControlError, FractionalTransferFunction, ImplicitFactor, ImplicitFactors, StateSpace,
+};
 use core::fmt;
 use core::str::FromStr;
 use fracdiff::parameter::{RangeError, not_negative, positive, range};
 use num_complex::Complex;
 use std::boxed::Box;
+use std::string::ToString;
 use std::vec::Vec;
 
 /// A plant with a dead time.
@@ -334,7 +337,7 @@ impl FromStr for Plant {
 
     /// Reads a transfer function; `exp(-0.5s)` as a factor is a dead time of 0.5 s, `exp(-sqrt(3s))` diffusion, and `(0.2s+1)^0.6` any power.
     fn from_str(text: &str) -> Result<Self, ControlError> {
-        let (function, delay_s, factors) = crate::notation::read(text)?;
+        let (function, delay_s, factors) = crate::notation::plant(text)?;
         let plant = Self::transfer(function, delay_s)?;
         Ok(Self { factors, ..plant })
     }
@@ -348,10 +351,31 @@ impl fmt::Display for Plant {
             crate::transfer::short(f, self.delay_s)?;
             f.write_str("s)*")?;
         }
-        match &self.model {
-            Model::Transfer(function) => self.factors.around(f, function),
-            Model::StateSpace(_) => f.write_str("matrices"),
-            Model::Measured(_) => f.write_str("measured response"),
+        let function = match &self.model {
+            Model::Transfer(function) => function.to_string(),
+            Model::StateSpace(_) => return f.write_str("matrices"),
+            Model::Measured(_) => return f.write_str("measured response"),
+        };
+        let (powers, diffusion): (Vec<ImplicitFactor>, Vec<_>) = self
+            .factors
+            .all()
+            .iter()
+            .copied()
+            .partition(|factor: &ImplicitFactor| factor.is_power);
+        for (n, factor) in diffusion.iter().enumerate() {
+            write!(f, "{}{factor}", if n > 0 { "*" } else { "" })?;
         }
+        match function.strip_prefix('1') {
+            Some(below) if !diffusion.is_empty() && !below.starts_with(|next| next != '/') => {
+                f.write_str(below)?;
+            }
+            _ if !diffusion.is_empty() => write!(f, "*{function}")?,
+            _ => f.write_str(&function)?,
+        }
+        for factor in powers {
+            let sign = if factor.order < 0.0 { "/" } else { "*" };
+            write!(f, "{sign}{factor}")?;
+        }
+        Ok(())
     }
 }

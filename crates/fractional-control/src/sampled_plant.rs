@@ -93,10 +93,7 @@ pub struct PlantState {
 enum KindState {
     Transfer(Box<SampledHistory<f64, MODES>>),
     States(DVector<f64>),
-    Factors(
-        Vec<f64>,
-        Option<Box<SampledHistory<f64, MODES>>>,
-    ),
+    Factors(Vec<f64>, Option<Box<SampledHistory<f64, MODES>>>),
 }
 
 impl HeldPlant {
@@ -173,7 +170,13 @@ impl HeldPlant {
         let (factors, silent) = HeldFactors::new(plant.factors(), sample_time.0, h);
         let inside = silent <= DELAY_MAX;
         let what = "time before diffusion arrives";
-        range(what, silent, inside, "at most 10000 {}", "samples")?;
+        range(
+            what,
+            silent,
+            inside,
+            "at most 10000 {}: sample more slowly",
+            "samples",
+        )?;
         let delay = delay + silent as usize;
         let curve = transfer_fraction(function, memory, sample_time)?;
         let remembers = curve.remembers() || plant.factors().remembers(sample_time.0);
@@ -269,9 +272,7 @@ impl HeldPlant {
     pub fn at_rest(&self) -> PlantState {
         PlantState {
             kind: match &self.kind {
-                Kind::Transfer(running) => {
-                    KindState::Transfer(Box::new(running.at_rest()))
-                }
+                Kind::Transfer(running) => KindState::Transfer(Box::new(running.at_rest())),
                 Kind::States(states) => KindState::States(states.at_rest()),
                 Kind::Factors(factors, behind) => KindState::Factors(
                     factors.at_rest(),

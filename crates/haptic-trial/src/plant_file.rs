@@ -1,7 +1,7 @@
 //! Plant files: TOML, one table that says what is to be controlled, and perhaps `[source]`.
 //!
 //! ```toml
-//! [transfer_function]                 # a function in notation, perhaps with a dead time
+//! [transfer_function]                 # a function in notation, perhaps with exp(-0.5s), exp(-sqrt(3s)) or (0.2s+1)^0.6 as factors
 //! function = "1/(0.8s^2.2+0.5s^0.9+1)"
 //! delay_s = 0.2
 //! ```
@@ -15,7 +15,7 @@ use crate::safety::GuardedDevice;
 use crate::sensors::Sensors;
 use calibration::{CALIBRATION_KEYS, Calibration, MeasuredNumber};
 use fracdiff::parameter::{Shown, range};
-use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
+use fractional_control::{ControlError, Plant, StateSpace};
 use haptic_analysis::Dynamics;
 use haptic_document::parameters::Parameter;
 use haptic_document::{
@@ -117,13 +117,8 @@ pub fn function_file(function: &str, delay_s: f64, program: &str, note: &str) ->
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlantModel {
-    /// `[transfer_function]`.
-    Function {
-        /// G(s) without the dead time.
-        function: Box<FractionalTransferFunction>,
-        /// Dead time behind the function, s.
-        delay_s: f64,
-    },
+    /// `[transfer_function]`, with its dead time.
+    Function(Plant),
     /// `[device]`: m·ẍ + b·ẋ + k·x = f.
     Device(DeviceValues),
     /// `[state_space]`.
@@ -188,12 +183,7 @@ impl FromStr for PlantModel {
 
     /// Reads a model as a [`Plant`] is read: a transfer function in notation, perhaps with `exp(-0.5s)` as a factor.
     fn from_str(text: &str) -> Result<Self, ControlError> {
-        let plant: Plant = text.parse()?;
-        let empty = ControlError::Empty { what: "numerator" };
-        Ok(Self::Function {
-            function: Box::new(*plant.function().ok_or(empty)?),
-            delay_s: plant.delay_s(),
-        })
+        text.parse().map(Self::Function)
     }
 }
 
@@ -238,32 +228,13 @@ impl PlantModel {
         Ok(parse(path, text)?.0)
     }
 
-    /// The text of a file of a transfer function or of a device, made by this program; `None` of anything else, which people write.
-    #[must_use]
-    pub fn to_toml(self, program: &str, note: &str) -> Option<String> {
-        match self {
-            Self::Function { function, delay_s } => {
-                Some(function_file(&function.to_string(), delay_s, program, note))
-            }
-            Self::Device(values) => {
-                let model = DeviceModel {
-                    values,
-                    intervals: Vec::new(),
-                    calibration: None,
-                };
-                Some(model.to_toml(program, note))
-            }
-            Self::StateSpace { .. } | Self::Measured(_) => None,
-        }
-    }
-
     /// The plant.
     ///
     /// # Errors
     /// A value outside its range, matrices whose sizes do not fit.
     pub fn plant(&self) -> Result<Plant, ControlError> {
         match self {
-            Self::Function { function, delay_s } => Plant::transfer(**function, *delay_s),
+            Self::Function(plant) => Ok(plant.clone()),
             Self::Device(values) => values.plant(),
             Self::StateSpace {
                 a,
@@ -291,14 +262,7 @@ impl PlantModel {
     #[must_use]
     pub fn in_words(&self) -> String {
         match self {
-            Self::Function { function, delay_s } if *delay_s > 0.0 => {
-                if (1e-6..1e15).contains(delay_s) {
-                    format!("exp(-{delay_s}s)*{function}")
-                } else {
-                    format!("exp(-{delay_s:e}s)*{function}")
-                }
-            }
-            Self::Function { function, .. } => function.to_string(),
+            Self::Function(plant) => plant.to_string(),
             Self::Device(values) => values.in_words(),
             Self::StateSpace { a, delay_s, .. } => {
                 let plural = if a.len() == 1 { "" } else { "s" };
@@ -534,11 +498,10 @@ fn model(name: &str, table: &Table<'_>) -> Result<PlantModel, FileError> {
         "transfer_function" => {
             let model = table.required_text(&p::FUNCTION)?.parse();
             let refused = |error: ControlError| table.fail_at(p::FUNCTION.key, error);
-            let mut model: PlantModel = model.map_err(refused)?;
-            if let PlantModel::Function { delay_s, .. } = &mut model {
-                *delay_s += table.number(&p::DEAD_TIME)?;
-            }
-            model
+            let plant: Plant = model.map_err(refused)?;
+            let delay_s = table.number(&p::DEAD_TIME)?;
+            let late = plant.delayed(delay_s);
+            PlantModel::Function(late.map_err(|error| table.fail_at(p::DEAD_TIME.key, error))?)
         }
         "device" => PlantModel::Device(DeviceValues::read(table)?),
         "state_space" => PlantModel::StateSpace {

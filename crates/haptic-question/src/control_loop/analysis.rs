@@ -77,7 +77,11 @@ impl ControlLoop {
         let unstable = found.as_ref().and_then(|found| found.unstable_poles);
         let stable = plant.stable_by_itself().is_ok();
         let all = found.as_ref().map_or(&[][..], |found| &found.poles);
-        let middle = corner(all);
+        let middle = corner(
+            all.iter()
+                .map(|pole| pole.norm())
+                .chain(plant.factors().corners()),
+        );
         let report = json!({
             "plant": self.plant.words,
             "stable": stable,
@@ -93,6 +97,9 @@ impl ControlLoop {
             // Why no poles are listed.
             "poles_reason": match &found {
                 None => Some("the orders have no common multiple that is large enough"),
+                Some(found) if found.poles.is_empty() && !plant.factors().is_empty() => {
+                    Some("a power of a bracket and diffusion creep without poles")
+                }
                 Some(found) if found.poles.is_empty() => {
                     Some("none on the principal branch: the plant only creeps")
                 }
@@ -107,13 +114,10 @@ impl ControlLoop {
     }
 }
 
-/// The place of interest of a plant: the middle of its poles, rad/s.
-fn corner(poles: &[Complex<f64>]) -> f64 {
-    let logs: Vec<f64> = poles
-        .iter()
-        .map(|pole| libm::log(pole.norm()))
-        .filter(|log| log.is_finite())
-        .collect();
+/// The place of interest of a plant: the middle of these corners, rad/s.
+fn corner(corners: impl Iterator<Item = f64>) -> f64 {
+    let logs = corners.map(libm::log).filter(|log| log.is_finite());
+    let logs: Vec<f64> = logs.collect();
     if logs.is_empty() {
         return 1.0;
     }

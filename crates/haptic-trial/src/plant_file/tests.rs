@@ -1,6 +1,6 @@
 //! Each kind of plant against the others, and what is said of bad files.
 
-use super::{MeasuredPoints, PlantModel, parse, response_in};
+use super::{PlantModel, function_file, parse, response_in};
 use num_complex::Complex;
 use std::path::Path;
 use testkit::Folder;
@@ -129,15 +129,15 @@ fn a_function_reads_back_to_the_same() {
     let model = "exp(-0.5s)/(0.8s^2.2+0.5s^0.9+1)".parse();
     let model: PlantModel = model.expect("valid");
     assert_eq!(model.in_words(), "exp(-0.5s)*1/(0.8s^2.2+0.5s^0.9+1)");
-    let text = model.clone().to_toml("a \"program\"", "");
-    let text = text.expect("a function");
+    let text = function_file(&model.in_words(), 0.0, "a \"program\"", "");
     assert!(
         text.ends_with("[source]\nprogram = 'a \"program\"'\n"),
         "{text}"
     );
     assert_eq!(read(&text), Ok(model), "{text}");
-    let measured = PlantModel::Measured(MeasuredPoints::default());
-    assert_eq!(measured.to_toml("", ""), None);
+    let rod: PlantModel = "exp(-sqrt(3s))/(s+1)^1.6".parse().expect("valid");
+    assert_eq!(rod.in_words(), "exp(-sqrt(3s))*1/(s+1)/(s+1)^0.6");
+    assert_eq!(rod.in_words().parse(), Ok(rod));
 }
 
 /// A plant file, and the beginning of what is said of it.
