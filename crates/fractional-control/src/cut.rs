@@ -73,16 +73,28 @@ impl ImplicitFactors {
         self.at(Complex::new(0.0, 0.0)).re
     }
 
+    /// |H(jω)|/H(0).
+    pub(crate) fn share_at(&self, omega: f64) -> f64 {
+        self.at(Complex::new(0.0, omega)).norm() / self.at_rest()
+    }
+
     /// The decays that are left from this time on, s, above [`silence_s`](Self::silence_s).
     pub(crate) fn decays(&self, from_s: f64) -> Vec<Decay> {
         let mut branches: Vec<f64> = self.all().iter().map(|factor| factor.branch()).collect();
         branches.sort_by(f64::total_cmp);
         branches.dedup();
         let ends = branches.iter().copied();
-        let ends = ends.skip(1).map(Some).chain([None]);
+        // Of an interval that ends where nothing is left the end does not count.
+        let ends = ends
+            .skip(1)
+            .map(|end| (end * from_s <= NOTHING).then_some(end));
+        let ends = ends.chain([None]);
         let mut all = Vec::new();
         for (low, high) in branches.iter().copied().zip(ends) {
             all.extend(self.between(low, high, from_s));
+            if high.is_none() {
+                break;
+            }
         }
         merged(all)
     }

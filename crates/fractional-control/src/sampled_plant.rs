@@ -11,6 +11,7 @@ use crate::{
     ControlError, FractionalTransferFunction, Plant, PowerMemory, Rule, SampledHistory,
     SampledTransferFunction, StateSpace,
 };
+use core::f64::consts::PI;
 use fracdiff::parameter::range;
 use fracdiff::{Differintegrator, Seconds};
 use nalgebra::DVector;
@@ -35,6 +36,9 @@ impl Plant {
         Ok(samples)
     }
 }
+
+/// Share of the response at half the sample rate, over that at rest, down to which decays have the digits of the response.
+const LEFT: f64 = 1e-7;
 
 /// Tolerance of the usual memory, and the samples for which it holds.
 const USUAL_TOLERANCE: f64 = 1e-9;
@@ -196,8 +200,8 @@ impl HeldPlant {
             direct: (0.0, 1),
             curve: Fraction { above, ..curve }.bearable(PLANT)?,
             memory_s: remembers.then_some(memory.horizon_s()),
-            // Decays cancel each other where diffusion leaves nothing.
-            held: (!is_number || plant.factors().degree().is_none())
+            // Decays cancel each other to the last digit where they leave hardly anything.
+            held: (!is_number || plant.factors().share_at(PI / sample_time.0) < LEFT)
                 .then(|| HeldResponse::new(plant, sample_time.0))
                 .flatten(),
             sample_time,

@@ -22,6 +22,9 @@ PLANTS = {
     "exp(-2sqrt(s+0.5))": lambda s: exp(-2 * sqrt(s + mpf("0.5"))),
     "exp(-sqrt(40s))/(s+1)^0.5": lambda s: exp(-sqrt(40 * s)) / sqrt(s + 1),
     "exp(-sqrt(s))*exp(-sqrt(s+1))/(0.1s+1)^0.2": lambda s: exp(-sqrt(s) - sqrt(s + 1)) / (s / 10 + 1) ** mpf("0.2"),
+    # Cuts that begin far from each other.
+    "9*exp(-sqrt(2s))/((50s+1)^0.4*(0.00001s+1)^0.8)": lambda s: 9 * exp(-sqrt(2 * s))
+    / ((50 * s + 1) ** mpf("0.4") * (s / 100000 + 1) ** mpf("0.8")),
     "exp(-sqrt(3s))/(s+1)": lambda s: exp(-sqrt(3 * s)) / (s + 1),
     "2/(s+1)^1.5": lambda s: 2 / (s + 1) ** mpf("1.5"),
     "(s+2)^0.5/(s^1.5+s+1)": lambda s: sqrt(s + 2) / (s ** mpf("1.5") + s + 1),
