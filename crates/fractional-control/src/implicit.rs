@@ -9,8 +9,9 @@ use num_complex::Complex;
 
 /// Factors of one plant at most.
 const FACTORS_MAX: usize = 4;
-/// Powers closer to a whole number than this are whole.
+/// Powers closer to a whole number than this are whole; digits of the others.
 const SAME: f64 = 1e-9;
+const DIGITS: f64 = 1e12;
 
 /// `(bs + c)^α` with an α that is not whole, or `exp(−k√(bs + c))`; b > 0, k > 0, c > 0, of diffusion c ≥ 0.
 ///
@@ -200,6 +201,11 @@ impl ImplicitFactors {
         [mut above, mut below]: [FractionalPolynomial; 2],
     ) -> Result<(Self, [FractionalPolynomial; 2]), ControlError> {
         let (mut all, mut orders) = (self.all, [above.degree(), below.degree()]);
+        // As it is written: 0.6 is left of 1.6.
+        let less = |order: f64, whole: f64| match whole {
+            0.0 => order,
+            _ => libm::round((order - whole) * DIGITS) / DIGITS,
+        };
         // The whole power of each, and by what the rest then grows.
         let mut wholes = [0.0; FACTORS_MAX];
         for (factor, whole) in all.iter_mut().zip(&mut wholes).take(self.count) {
@@ -207,19 +213,19 @@ impl ImplicitFactors {
             let nearest = libm::round(factor.order);
             if factor.is_power {
                 orders[usize::from(factor.order < 0.0)] += factor.order.abs();
-                let is_whole = (factor.order - nearest).abs() < SAME;
-                *whole = if is_whole {
-                    nearest
-                } else {
-                    libm::floor(factor.order) + 1.0
-                };
-                factor.order = if is_whole { 0.0 } else { factor.order - *whole };
+                if (factor.order - nearest).abs() < SAME {
+                    factor.order = nearest;
+                }
+                // At least the power, and less than it and 1.
+                *whole = libm::ceil(factor.order);
+                factor.order = less(factor.order, *whole);
             }
         }
         let mut grows = above.degree() - below.degree() + wholes.iter().sum::<f64>();
         for (factor, whole) in all.iter_mut().zip(&mut wholes) {
             if grows > SAME && factor.is_power && factor.order < 0.0 {
-                (factor.order, *whole, grows) = (factor.order + 1.0, *whole - 1.0, grows - 1.0);
+                factor.order = less(factor.order, -1.0);
+                (*whole, grows) = (*whole - 1.0, grows - 1.0);
             }
             let side = if *whole > 0.0 { &mut above } else { &mut below };
             // A higher power is refused as an order above 4.

@@ -43,7 +43,7 @@ fn what_is_typed_is_printed_and_means_the_same() {
         exp(-0.5s)*exp(-2s^0.5) | exp(-0.5s)*exp(-2sqrt(s))
         3*exp(-sqrt(2s+0.5)) | exp(-sqrt(2s+0.5))*3
         exp(-sqrt(s))*exp(-2sqrt(4s)) | exp(-5sqrt(s))
-        2/(s+1)^1.5 | 2/(s+1)/(s+1)^0.5
+        2/(s+1)^1.6 | 2/(s+1)/(s+1)^0.6
         (s+2)^0.5/(s^1.5+s+1) | (s+2)/(s^1.5+s+1)/(s+2)^0.5
         ((s+1)/(s+2))^(1/2) | 1*(s+1)^0.5/(s+2)^0.5
         s/((s+1)^0.6(s+2)^0.7) | s/(s+1)*(s+1)^0.4/(s+2)^0.7

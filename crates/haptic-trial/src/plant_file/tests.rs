@@ -136,7 +136,7 @@ fn a_function_reads_back_to_the_same() {
     );
     assert_eq!(read(&text), Ok(model), "{text}");
     let rod: PlantModel = "exp(-sqrt(3s))/(s+1)^1.6".parse().expect("valid");
-    assert_eq!(rod.in_words(), "exp(-sqrt(3s))*1/(s+1)/(s+1)^0.6");
+    assert_eq!(rod.in_words(), "exp(-sqrt(3s))/(s+1)/(s+1)^0.6");
     assert_eq!(rod.in_words().parse(), Ok(rod));
 }
 
