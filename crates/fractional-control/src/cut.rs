@@ -48,6 +48,92 @@ struct Place {
     slope: f64,
 }
 
+/// Interval of the cuts between two beginnings, or from the last on.
+struct Interval {
+    low: f64,
+    high: Option<f64>,
+    /// √τ, and the angle of the swing of diffusion at the lower end.
+    root: f64,
+    first: f64,
+    step: f64,
+}
+
+impl Interval {
+    fn place(&self, y: f64) -> Place {
+        let below = f64::INFINITY;
+        match self.high {
+            Some(high) => {
+                let (up, down) = (1.0 / (1.0 + libm::exp(-y)), 1.0 / (1.0 + libm::exp(y)));
+                let width = high - self.low;
+                Place {
+                    above: width * up,
+                    below: width * down,
+                    slope: width * up * down,
+                }
+            }
+            None if self.root > 0.0 => {
+                let z = 2.0 * libm::log1p(libm::exp(0.5 * y));
+                let rises = 1.0 / (1.0 + libm::exp(-0.5 * y));
+                let square = self.root * self.root;
+                Place {
+                    above: z * (z + 2.0 * self.first) / square,
+                    below,
+                    slope: 2.0 * (z + self.first) * rises / square,
+                }
+            }
+            None => Place {
+                above: libm::exp(y),
+                below,
+                slope: libm::exp(y),
+            },
+        }
+    }
+
+    /// A decay of these factors, and its distance from the nearer end.
+    fn term(&self, factors: &ImplicitFactors, y: f64) -> (Decay, f64) {
+        let Place {
+            above,
+            below,
+            slope,
+        } = self.place(y);
+        let base = |branch: f64| match self.high {
+            Some(high) if branch >= high => branch - high + below,
+            _ => branch - self.low - above,
+        };
+        let rate = self.low + above;
+        let values = factors.all().iter().map(|factor| {
+            let base = factor.slope * base(factor.branch());
+            factor.of_base(Complex::new(base, 0.0))
+        });
+        let value: Complex<f64> = values.product();
+        let size = -value.im * slope * self.step / (PI * rate);
+        (Decay { rate, size }, above.min(below))
+    }
+
+    /// Decays at equal steps of y from this one on, up or down, until none is left at that time, or those that follow are known by their ratio.
+    fn side(&self, factors: &ImplicitFactors, mut y: f64, step: f64, from_s: f64) -> Vec<Decay> {
+        let mut found: Vec<Decay> = Vec::new();
+        let mut most = 0.0_f64;
+        for _ in 0..STEPS_MAX {
+            let (mut next, near) = self.term(factors, y);
+            if next.rate * from_s > NOTHING && step > 0.0 {
+                break;
+            }
+            most = most.max(next.size.abs());
+            let falls = found.last().map(|last| next.size / last.size);
+            let is_last = next.size.abs() <= LEAST * most || near <= LEAST * next.rate;
+            let falls = falls.filter(|falls| is_last && (0.0..1.0).contains(falls));
+            next.size /= 1.0 - falls.unwrap_or(0.0);
+            found.push(next);
+            if falls.is_some() {
+                break;
+            }
+            y += step;
+        }
+        found
+    }
+}
+
 impl ImplicitFactors {
     /// √τ of all diffusion.
     fn root_of_diffusion(&self) -> f64 {
@@ -108,89 +194,25 @@ impl ImplicitFactors {
     }
 
     fn between(&self, low: f64, high: Option<f64>, from_s: f64) -> Vec<Decay> {
-        let root = self.root_of_diffusion();
-        let first = self.angle(low);
+        let (root, first) = (self.root_of_diffusion(), self.angle(low));
         let swing = high.map_or(0.0, |high| self.angle(high) - first);
         let step = STEP / (1.0 + swing / 21.0);
-        let place = |y: f64| match high {
-            Some(high) => {
-                let (up, down) = (1.0 / (1.0 + libm::exp(-y)), 1.0 / (1.0 + libm::exp(y)));
-                let width = high - low;
-                Place {
-                    above: width * up,
-                    below: width * down,
-                    slope: width * up * down,
-                }
-            }
-            None if root > 0.0 => {
-                let z = 2.0 * libm::log1p(libm::exp(0.5 * y));
-                let rises = 1.0 / (1.0 + libm::exp(-0.5 * y));
-                Place {
-                    above: z * (z + 2.0 * first) / (root * root),
-                    below: f64::INFINITY,
-                    slope: 2.0 * (z + first) * rises / (root * root),
-                }
-            }
-            None => {
-                let above = libm::exp(y);
-                Place {
-                    above,
-                    below: f64::INFINITY,
-                    slope: above,
-                }
-            }
+        let interval = Interval {
+            low,
+            high,
+            root,
+            first,
+            step,
         };
-        // A decay, and its distance from the nearer end.
-        let term = |y: f64| {
-            let Place {
-                above,
-                below,
-                slope,
-            } = place(y);
-            let base = |branch: f64| match high {
-                Some(high) if branch >= high => branch - high + below,
-                _ => branch - low - above,
-            };
-            let rate = low + above;
-            let factors = self.all().iter().map(|factor| {
-                let base = factor.slope * base(factor.branch());
-                factor.of_base(Complex::new(base, 0.0))
-            });
-            let value: Complex<f64> = factors.product();
-            let size = -value.im * slope * step / (PI * rate);
-            (Decay { rate, size }, above.min(below))
+        // The middle of what is left at that time.
+        let middle = if high.is_some() || root > 0.0 {
+            0.0
+        } else {
+            -libm::log(from_s)
         };
-        // From the middle of what is left at that time.
-        let middle = match high {
-            Some(_) => 0.0,
-            None if root > 0.0 => 0.0,
-            None => -libm::log(from_s.max(f64::MIN_POSITIVE)),
-        };
-        let side = |sign: f64| {
-            let mut found: Vec<Decay> = Vec::new();
-            let mut most = 0.0_f64;
-            for k in 0..STEPS_MAX {
-                let k = k as f64 + if sign > 0.0 { 0.0 } else { 1.0 };
-                let (mut next, near) = term(middle + sign * step * k);
-                if next.rate * from_s > NOTHING && sign > 0.0 {
-                    break;
-                }
-                most = most.max(next.size.abs());
-                let falls = found.last().map(|last: &Decay| next.size / last.size);
-                let is_last = next.size.abs() <= LEAST * most || near <= LEAST * next.rate;
-                if let Some(falls) = falls.filter(|falls| is_last && (0.0..1.0).contains(falls)) {
-                    // Those that follow fall by this ratio.
-                    next.size /= 1.0 - falls;
-                    found.push(next);
-                    break;
-                }
-                found.push(next);
-            }
-            found
-        };
-        let mut all = side(-1.0);
+        let mut all = interval.side(self, middle - step, -step, from_s);
         all.reverse();
-        all.extend(side(1.0));
+        all.extend(interval.side(self, middle, step, from_s));
         all
     }
 }

@@ -225,7 +225,7 @@ impl Reader<'_> {
         rest.starts_with(b"sqrt(")
     }
 
-    /// What is in the brackets of a root.
+    /// The sum in the brackets of a root.
     fn root(&mut self) -> Result<Quotient, ControlError> {
         self.at += b"sqrt".len();
         self.bracket()

@@ -78,7 +78,7 @@ enum Kind {
     Factors(HeldFactors, Behind),
 }
 
-/// What is behind powers of brackets and diffusion.
+/// The function behind powers of brackets and diffusion.
 #[derive(Clone, Debug)]
 enum Behind {
     Gain(f64),
