@@ -12,8 +12,8 @@
 //!
 //! - *Units*: r in rad/s, t in s, S that of H. *Errors*: 1e-12 of H(0) (`tests/suite/implicit.rs`). *Cost*: some hundred decays.
 
-use crate::ImplicitFactors;
 use crate::enclosure::{Factor, Product};
+use crate::{ImplicitFactor, ImplicitFactors};
 use core::f64::consts::PI;
 use num_complex::Complex;
 use std::vec::Vec;
@@ -110,10 +110,18 @@ impl Interval {
         (Decay { rate, size }, above.min(below))
     }
 
-    /// Decays at equal steps of y from this one on, up or down, until none is left at that time, or those that follow are known by their ratio.
+    /// Decays at equal steps of y from this one on, up or down, until none is left at that time, or those that follow are known by their ratio:
+    /// that of the distances to the power 1 + α where a power α begins.
     fn side(&self, factors: &ImplicitFactors, mut y: f64, step: f64, from_s: f64) -> Vec<Decay> {
+        let end = if step > 0.0 {
+            self.high
+        } else {
+            Some(self.low)
+        };
+        let is_there = |factor: &&ImplicitFactor| factor.is_power && Some(factor.branch()) == end;
+        let power = factors.all().iter().find(is_there);
         let mut found: Vec<Decay> = Vec::new();
-        let mut most = 0.0_f64;
+        let (mut most, mut last_near) = (0.0_f64, f64::NAN);
         for _ in 0..STEPS_MAX {
             let (mut next, near) = self.term(factors, y);
             if next.rate * from_s > NOTHING && step > 0.0 {
@@ -123,7 +131,13 @@ impl Interval {
             let falls = found.last().map(|last| next.size / last.size);
             let is_last = next.size.abs() <= LEAST * most || near <= LEAST * next.rate;
             let falls = falls.filter(|falls| is_last && (0.0..1.0).contains(falls));
-            next.size /= 1.0 - falls.unwrap_or(0.0);
+            if let Some(falls) = falls {
+                let nearer = libm::log(near / last_near);
+                next.size /= power.map_or(1.0 - falls, |factor| {
+                    -libm::expm1((1.0 + factor.order) * nearer)
+                });
+            }
+            last_near = near;
             found.push(next);
             if falls.is_some() {
                 break;

@@ -106,7 +106,7 @@ fn a_refusal_names_the_value_and_the_remedy() {
 /// However many samples it takes, and with the dead time between two of them.
 #[test]
 fn a_step_is_that_of_the_closed_forms() {
-    for (alpha, a) in [(0.03, 2.0_f64), (0.6, 5.0), (0.98, 0.3)] {
+    for (alpha, a) in [(0.03, 2.0_f64), (0.6, 5.0), (0.98, 0.3), (0.9995, 2.0)] {
         for (t, samples) in [(0.01, 1_u16), (0.4, 7), (3.0, 200)] {
             let late = 0.37 * t;
             let plant = plant(&format!("exp(-{late}s)/(s+{a})^{alpha}"));
