@@ -65,10 +65,14 @@ pub enum ControlError {
         expected: &'static str,
     },
     /// A factor that only a plant has, in a controller or in a model to be fitted.
-    #[error("{factor} stands only in a plant: write powers of s, as in 1/(0.8s^2.2+0.5s^0.9+1)")]
+    #[error(
+        "{what} {value} stands only in a plant: write powers of s, as in 1/(0.8s^2.2+0.5s^0.9+1)"
+    )]
     OnlyInPlant {
-        /// The factor.
-        factor: crate::ImplicitFactor,
+        /// The factor in words, up to its number.
+        what: &'static str,
+        /// Power of a bracket, or number before the root of diffusion.
+        value: f64,
     },
     /// A plant whose function grows with frequency, or jumps, beside powers of brackets that do not fall as fast.
     #[error(

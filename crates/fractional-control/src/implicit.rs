@@ -124,6 +124,22 @@ impl ImplicitFactors {
         self.all.get(..self.count).unwrap_or_default()
     }
 
+    /// Refuses any factor, where powers of s alone can stand.
+    ///
+    /// # Errors
+    /// [`ControlError::OnlyInPlant`].
+    pub fn refused(&self) -> Result<(), ControlError> {
+        let refused = |factor: &ImplicitFactor| ControlError::OnlyInPlant {
+            what: if factor.is_power {
+                "a bracket to the power"
+            } else {
+                "diffusion, exp(ksqrt(s)) with k ="
+            },
+            value: factor.order,
+        };
+        self.all().first().map(refused).map_or(Ok(()), Err)
+    }
+
     /// True of 1.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -57,10 +57,8 @@ impl Quotient {
     /// Any quotient, proper or not, perhaps with a dead time.
     pub(crate) fn read(text: &str) -> Result<Self, ControlError> {
         let (value, _) = Self::with_place(text)?;
-        match value.factors.all().first() {
-            None => Ok(value),
-            Some(factor) => Err(ControlError::OnlyInPlant { factor: *factor }),
-        }
+        value.factors.refused()?;
+        Ok(value)
     }
 
     fn with_place(text: &str) -> Result<(Self, Option<usize>), ControlError> {

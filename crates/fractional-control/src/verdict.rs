@@ -151,7 +151,8 @@ impl SampledControlLoop {
         }
     }
 
-    /// The loop of the plant behind its hold instead of the rule that replaces it; `None` for a plant that is sampled exactly. Its verdict is
+    /// The loop of the plant behind its hold instead of the rule that replaces it; `None` for a plant that is sampled exactly, unless next to
+    /// nothing of it is left at half the sample rate. Its verdict is
     /// neither stable nor any number of poles where nothing is proved.
     /// ```text
     /// F = A_C·A_G + k·B_C·A_G·G_d,   G_d the response behind the hold:   the rule's A_G has as many growing poles as the plant

@@ -101,9 +101,7 @@ impl Begun {
             Failure::bad_input(format_args!("model \"{text}\": {error}; change {MODEL}"))
         };
         let plant: Plant = text.parse().map_err(|error| refused(&error))?;
-        if let Some(factor) = plant.factors().all().first() {
-            return Err(refused(&ControlError::OnlyInPlant { factor: *factor }));
-        }
+        plant.factors().refused().map_err(|error| refused(&error))?;
         let function = plant.function();
         let Some(function) = function.filter(|function| function.denominator().degree() > 0.0)
         else {
