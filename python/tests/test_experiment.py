@@ -136,6 +136,10 @@ def test_an_analysis_is_that_of_the_library() -> None:
     assert far["tissue"] == "prostate-healthy" and len(far["points"]) == 3
     with pytest.raises(ValueError, match="^`beta` is missing"):
         experiment.analyze_passivity(order=1.0, alpha=0.1)
+    body = {"body_order": 0.7, "body_inertance_n_s_mu_per_m": 4.0, "body_damping_n_s_per_m": 0.5, "sample_time": "2 ms"}
+    robot = experiment.analyze_admittance(**body, bandwidth="10 Hz", dead_time="4 ms", force_cutoff="30 Hz")
+    assert robot["stable"] is True
+    assert robot["largest_hand_stiffness_n_per_m"] == pytest.approx(599.057, rel=1e-5)
 
 
 def test_an_answer_has_the_warnings_that_the_command_prints() -> None:

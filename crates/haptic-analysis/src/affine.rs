@@ -1,4 +1,4 @@
-//! A function that is affine in its coefficients, on the unit circle with its bounds: Σ c_i·t_i(w), all `c_i` ≥ 0.
+//! A function that is affine in its coefficients, on the unit circle with its bounds: Σ `c_i`·`t_i`(w), all `c_i` ≥ 0.
 
 use certified_count::{Bounds, Jet, product};
 use num_complex::Complex;

@@ -79,7 +79,7 @@ pub struct AdmittanceLoop<'a> {
     pub(super) coefficients: [f64; TERMS],
 }
 
-/// F is known by its limit between rest and here, rad/sample: v·(b + b_h) and the springs there are a right angle apart.
+/// F is known by its limit between rest and here, rad/sample: v·(b + `b_h`) and the springs there are a right angle apart.
 pub(super) const NEAR_REST: f64 = 1e-9;
 
 impl<'a> AdmittanceLoop<'a> {

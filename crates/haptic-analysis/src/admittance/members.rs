@@ -14,6 +14,7 @@ use crate::AnalysisError;
 use certified_count::product;
 use core::f64::consts::PI;
 use fracdiff::parameter::{not_negative, range};
+use num_complex::Complex;
 
 /// Bodies, hands and worlds between two values of each number.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +26,6 @@ pub struct AdmittanceBox<'a> {
 
 /// The proof of a box, or what stands against one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum BoxVerdict {
     /// Every member is stable.
     Proved,
@@ -239,9 +239,7 @@ impl<'a> AdmittanceBox<'a> {
         let mut todo: Vec<(Node, Node, u32)> =
             nodes.windows(2).map(|pair| (pair[0], pair[1], 0)).collect();
         for _ in 0..LOOKS {
-            let Some((a, b, depth)) = todo.pop() else {
-                return None;
-            };
+            let (a, b, depth) = todo.pop()?;
             let theta = 0.5 * (a.place.theta + b.place.theta);
             let middle = self.family.node(theta);
             if self.is_one_sided(&a, &middle, &b) || self.is_clear(&a, &middle, &b) {
@@ -260,39 +258,38 @@ impl<'a> AdmittanceBox<'a> {
     /// only turn from their term's angle to nothing. Towards rest each term falls as a power of its own, and this alone is a proof with few steps.
     fn is_one_sided(&self, a: &Node, middle: &Node, b: &Node) -> bool {
         let ways = [self.family.ways(a, middle), self.family.ways(middle, b)];
-        let moved = |index: usize| ways[0].travel[index].max(ways[1].travel[index]);
-        let jets = &middle.terms.jets;
-        let mut held = num_complex::Complex::new(0.0, 0.0);
+        // A term in the middle of the way, its error over the way, and its coefficient's ends.
+        let term = |index: usize| {
+            let error = ways[0].travel[index].max(ways[1].travel[index])
+                + 8.0 * f64::EPSILON * middle.terms.rough[index];
+            let value = middle.terms.jets[index].value;
+            (value, error, self.low[index], self.high[index])
+        };
+        let mut held = Complex::new(0.0, 0.0);
         let mut error = 0.0;
-        for index in 0..MOVING {
-            held += jets[index].value * (0.5 * (self.low[index] + self.high[index]));
-            let noise = 8.0 * f64::EPSILON * middle.terms.rough[index];
-            error += product(self.high[index], moved(index) + noise);
+        for (value, moved, low, high) in (0..MOVING).map(term) {
+            held += value * (0.5 * (low + high));
+            error += product(high, moved);
         }
         let along = held.conj() / held.norm();
         let (mut least, mut beside) = (held.norm() - error, error);
-        for index in 0..MOVING {
-            let turned = along * jets[index].value * (0.5 * (self.high[index] - self.low[index]));
+        for (value, _, low, high) in (0..MOVING).map(term) {
+            let turned = along * value * (0.5 * (high - low));
             least -= turned.re.abs();
             beside += turned.im.abs();
         }
-        // Not so of NaN either.
-        if !(least > 0.0) {
+        if least <= 0.0 || least.is_nan() {
             return false;
         }
         let spread = libm::atan2(beside, least);
         let (mut first, mut last) = (held.arg() - spread, held.arg() + spread);
-        for index in MOVING..TERMS {
-            if self.high[index] == 0.0 {
-                continue;
-            }
-            let value = jets[index].value;
-            let noise = 8.0 * f64::EPSILON * middle.terms.rough[index];
-            let share = (moved(index) + noise) / value.norm();
-            if !(share < 1.0) {
+        let others = (MOVING..TERMS).map(term).filter(|term| term.3 > 0.0);
+        for (value, error, ..) in others {
+            // Not a number from 1 on.
+            let spread = libm::asin(error / value.norm());
+            if spread.is_nan() {
                 return false;
             }
-            let spread = libm::asin(share);
             first = first.min(value.arg() - spread);
             last = last.max(value.arg() + spread);
         }
@@ -306,12 +303,12 @@ impl<'a> AdmittanceBox<'a> {
         let half: [f64; TERMS] = core::array::from_fn(|i| 0.5 * (self.high[i] - self.low[i]));
         let generators: [_; TERMS] = core::array::from_fn(|i| node.terms.jets[i].value * half[i]);
         let noise = ROUNDING * node.terms.size(&self.high) + node.terms.noise(&self.high);
-        let along = |n: num_complex::Complex<f64>| {
+        let along = |n: Complex<f64>| {
             let n = n.conj() / n.norm();
             let widths = generators.iter().map(|g| (n * g).re.abs());
             (n * value).re.abs() - widths.sum::<f64>()
         };
-        let turn = num_complex::Complex::new(0.0, 1.0);
+        let turn = Complex::new(0.0, 1.0);
         let directions = generators.iter().filter(|g| g.norm() > 0.0);
         let rooms = directions.flat_map(|g| [along(*g * turn), along(*g)]);
         // A member alone is its distance from 0.

@@ -134,12 +134,12 @@ impl Judged<'_> {
         let stable = match verdict {
             BoxVerdict::Proved => Some(true),
             BoxVerdict::Unstable(_) => Some(false),
-            _ => None,
+            BoxVerdict::Unproved { .. } => None,
         };
         let t = self.around.robot.sample_time_s();
         let unproved_hz = match verdict {
             BoxVerdict::Unproved { theta } => Some(theta / (TAU * t)),
-            _ => None,
+            BoxVerdict::Proved | BoxVerdict::Unstable(_) => None,
         };
         let proof = json!({
             "stable": stable,

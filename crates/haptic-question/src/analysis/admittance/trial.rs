@@ -199,9 +199,10 @@ fn built(
     order: Order,
     t: Seconds,
 ) -> Result<fracdiff::scheme::Operator<f64>, Failure> {
-    let runs = match scheme {
-        Scheme::Exact => "full".parse().map_err(Failure::input)?,
-        other => other,
+    let runs = if scheme == Scheme::Exact {
+        "full".parse().map_err(Failure::input)?
+    } else {
+        scheme
     };
     runs.build(order, t, HORIZON).map_err(Failure::input)
 }
