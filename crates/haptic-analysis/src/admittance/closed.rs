@@ -151,6 +151,15 @@ impl<'a> AdmittanceLoop<'a> {
             / node.robot.value
     }
 
+    /// (1 − w)(M + L)/T + w^(1+e)·E at w = e^(−jθ), 0 < θ ≤ π, N/m: what must have no zero in |w| ≤ 1.
+    #[must_use]
+    pub fn characteristic(&self, theta: f64) -> Complex<f64> {
+        let node = self.family.node(theta);
+        let value = node.terms.value(&self.coefficients);
+        let below = node.robot.value * node.body.denominator.value * node.world.denominator.value;
+        value / below / self.family.robot.sample_time_s()
+    }
+
     /// M and the world, as the law renders them: what the hand would feel of a perfect robot, N·s/m, 0 < ω ≤ π/T.
     /// ```text
     /// M(w) + w^(1+e)·T·E(w)/(1 − w)

@@ -60,7 +60,7 @@ pub(super) struct Node {
     /// Position over velocity times v.
     moved: Jet,
     pub(super) body: OperatorNode,
-    world: OperatorNode,
+    pub(super) world: OperatorNode,
     pub(super) terms: Terms<TERMS>,
 }
 

@@ -112,38 +112,56 @@ fn free_space_is_not_the_robot() {
     }
 }
 
-/// L, M and E as they are defined, and F from them.
-fn defined(
-    theta: f64,
-    subject: &AdmittanceLoop<'_>,
-    m: &dyn Fn(f64) -> Complex<f64>,
-    e: f64,
-) -> Complex<f64> {
-    let w = Complex::from_polar(1.0, -theta);
-    (m(theta) + subject.hand_response(theta)) * (1.0 - w) / T + w * e
-}
-
 #[test]
-fn the_virtual_impedance_is_body_and_wall() {
-    let (robot, spring, operator) = (robot(), operator(0.0), operator(0.8));
-    let subject = AdmittanceLoop::new(
-        &robot,
-        body(&operator, 1.16, 1.0),
-        HAND,
-        Some(wall(&spring, 1000.0)),
-    )
-    .expect("in range");
-    let m = |theta: f64| operator.response(theta) * 1.16 * T.powf(-0.8) + 1.0;
+fn the_characteristic_function_is_that_of_its_definition() {
+    // Both operators have a denominator, and the world is late.
+    let rational = |order: f64, degree: usize| {
+        let order = Order::new(order).expect("in range");
+        LoopOperator::new(Scheme::TustinMuir { degree }, order, Seconds(T), 1e5).expect("in range")
+    };
+    let (robot, alpha, mu) = (robot(), rational(0.8, 5), rational(0.4, 3));
+    let world = AdmittanceWorld {
+        dissipation_n_s_mu_per_m: 30.0,
+        delay_samples: 2,
+        ..wall(&mu, 1000.0)
+    };
+    let subject =
+        AdmittanceLoop::new(&robot, body(&alpha, 1.16, 1.0), HAND, Some(world)).expect("in range");
     for theta in [1e-3, 0.1, 1.0, 3.0] {
         let w = Complex::from_polar(1.0, -theta);
-        let want =
-            defined(theta, &subject, &m, 1000.0) * T / (1.0 - w) - subject.hand_response(theta);
-        let found = subject.virtual_impedance(theta / T).expect("in range");
+        let m = alpha.response(theta) * 1.16 * T.powf(-0.8) + 1.0;
+        let e = w * w * (mu.response(theta) * 30.0 * T.powf(-0.4) + 1000.0);
+        let want = (m + subject.hand_response(theta)) * (1.0 - w) / T + w * e;
+        let found = subject.characteristic(theta);
         assert!(
             (found - want).norm() < 1e-9 * want.norm(),
             "{theta}: {found} {want}"
         );
+        let rendered = subject.virtual_impedance(theta / T).expect("in range");
+        let want = m + w * e * T / (1.0 - w);
+        assert!(
+            (rendered - want).norm() < 1e-9 * want.norm(),
+            "{theta}: {rendered} {want}"
+        );
     }
+}
+
+#[test]
+fn nothing_that_damps_or_holds_is_never_stable() {
+    let (robot, mass) = (robot(), operator(1.0));
+    let free = HandImpedance {
+        mass_kg: 0.0,
+        damping_n_s_per_m: 0.0,
+        stiffness_n_per_m: 0.0,
+    };
+    let judged = |damping: f64| {
+        let subject = AdmittanceLoop::new(&robot, body(&mass, 2.0, damping), free, None);
+        let subject = subject.expect("in range");
+        // One that may damp, or not, is not proved either.
+        let all = AdmittanceBox::around(&subject).with(AdmittanceNumber::Damping, [damping, 2.0]);
+        (subject.verdict().stable, all.expect("in range").is_proved())
+    };
+    assert_eq!([judged(0.0), judged(1.0)], [(false, false), (true, true)]);
 }
 
 #[test]
@@ -230,9 +248,16 @@ fn a_light_body_bears_no_heavy_hand_without_damping() {
 
 #[test]
 fn margins_are_where_the_verdict_turns() {
+    let light = margins(1.16, 1.0);
+    // The second one bears more than a whole sample.
+    let heavy = margins(6.0, 10.0);
+    assert!(light < 1.0 && heavy > 1.0, "{light} {heavy}");
+}
+
+/// The margin of dead time, samples, all margins checked.
+fn margins(m: f64, b: f64) -> f64 {
     let (robot, operator) = (robot(), operator(0.8));
-    let subject =
-        AdmittanceLoop::new(&robot, body(&operator, 1.16, 1.0), HAND, None).expect("in range");
+    let subject = AdmittanceLoop::new(&robot, body(&operator, m, b), HAND, None).expect("in range");
     let margins = subject.margins().expect("stable");
     let heavier = |factor: f64| {
         let hand = HandImpedance {
@@ -240,7 +265,7 @@ fn margins_are_where_the_verdict_turns() {
             damping_n_s_per_m: factor * 20.0,
             stiffness_n_per_m: factor * 300.0,
         };
-        AdmittanceLoop::new(&robot, body(&operator, 1.16, 1.0), hand, None)
+        AdmittanceLoop::new(&robot, body(&operator, m, b), hand, None)
             .expect("in range")
             .verdict()
             .stable
@@ -254,7 +279,7 @@ fn margins_are_where_the_verdict_turns() {
             lags: 2,
         };
         let robot = Robot::new(motion, (2.0 + samples) * T, filter, 0.0, T).expect("in range");
-        AdmittanceLoop::new(&robot, body(&operator, 1.16, 1.0), HAND, None)
+        AdmittanceLoop::new(&robot, body(&operator, m, b), HAND, None)
             .expect("in range")
             .verdict()
             .stable
@@ -268,6 +293,7 @@ fn margins_are_where_the_verdict_turns() {
     });
     let peak = grid.fold(0.0, f64::max);
     near(margins.sensitivity.value, peak, 1e-4, "sensitivity");
+    dead
 }
 
 #[test]
