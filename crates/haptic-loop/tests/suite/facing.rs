@@ -1,25 +1,21 @@
 //! Two devices that face each other, against closed forms, their energy, and each alone.
 
+use crate::plant_parameters::{Change, refuses};
 use fracdiff::Seconds;
-use haptic_loop::LoopParameterError;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use nalgebra::SVector;
 use testkit::assert_close;
-use testkit::device::{read, write};
+use testkit::device::{ideal, read, write};
 
 const NANOSECOND: Seconds = Seconds(1e-9);
 const MILLISECOND: u64 = 1_000_000;
 const SIDES: [FacingSide; 2] = [FacingSide::Renderer, FacingSide::Indenter];
 
 fn device(mass_kg: f64, damping: f64) -> MassDamperConfig {
-    MassDamperConfig::ideal(
-        Kilograms(mass_kg),
-        NewtonSecondsPerMetre(damping),
-        Seconds(1e-3),
-    )
+    ideal(mass_kg, damping, 1e-3)
 }
 
 /// 50 g and 80 g, and this contact.
@@ -268,8 +264,7 @@ fn a_device_that_lets_go_makes_no_force_not_even_one_on_its_way() {
 
 #[test]
 fn what_no_contact_or_device_can_be_is_refused_with_its_range() {
-    type Change = fn(&mut FacingConfig);
-    let refused: [(Change, &str); 8] = [
+    let refused: [(Change<FacingConfig>, &str); 8] = [
         (
             |c| c.contact.gap = Metres(-1e-3),
             "gap -0.001 m is not at least 0 m",
@@ -303,11 +298,7 @@ fn what_no_contact_or_device_can_be_is_refused_with_its_range() {
             "delay NaN s is not at least 0 s",
         ),
     ];
-    for (change, why) in refused {
-        let mut config = config(1e5, 80.0, 0.0);
-        change(&mut config);
-        let error: LoopParameterError = FacingDevices::new(config, NANOSECOND).expect_err(why);
-        assert_eq!(error.to_string(), why);
-    }
-    FacingDevices::new(config(1e5, 80.0, 0.0), Seconds(0.0)).expect_err("no time");
+    let good = config(1e5, 80.0, 0.0);
+    refuses(good, &refused, |it| FacingDevices::new(it, NANOSECOND));
+    FacingDevices::new(good, Seconds(0.0)).expect_err("no time");
 }

@@ -29,6 +29,12 @@ const ORDERS: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
 /// Directions of (α, β): spring alone, then ever less of it.
 const RAYS: [(f64, f64); 5] = [(1.0, 0.0), (4.0, 1.0), (1.0, 1.0), (1.0, 3.0), (1.0, 5.0)];
 
+fn rays() -> impl Iterator<Item = (f64, (f64, f64))> {
+    ORDERS
+        .into_iter()
+        .flat_map(|order| RAYS.map(|ray| (order, ray)))
+}
+
 /// The largest standard deviation of a stable wall, m.
 const STABLE: f64 = 1e-4;
 
@@ -41,12 +47,8 @@ fn observer() -> Option<PassivityGuard> {
 
 /// Guard for a known delay, in samples.
 fn bounding(delay: f64) -> Option<PassivityGuard> {
-    let delay = Seconds(delay * T.0);
-    Some(PassivityGuard::EnergyBounding(EnergyBounding {
-        delay_least: delay,
-        delay_most: delay,
-        ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
-    }))
+    let delay = delay * T.0;
+    Some(PassivityGuard::EnergyBounding(late(delay, delay, 0.0)))
 }
 
 /// A wall and what makes the device less than ideal.
@@ -140,16 +142,14 @@ fn stability_limit(order: f64, ray: (f64, f64)) -> f64 {
 #[test]
 fn both_guards_hold_walls_of_twice_and_three_times_the_passivity_limit() {
     let mut shaking = Vec::new();
-    for order in ORDERS {
-        for ray in RAYS {
-            for multiple in [2.0, 3.0] {
-                let case = Case::on_ray(order, ray, multiple * passivity_limit(order, ray));
-                if !case.is_stable(None) {
-                    shaking.push((order, ray, multiple));
-                }
-                assert!(case.is_stable(observer()), "observer {case:?}");
-                assert!(case.is_stable(bounding(0.0)), "bounding {case:?}");
+    for (order, ray) in rays() {
+        for multiple in [2.0, 3.0] {
+            let case = Case::on_ray(order, ray, multiple * passivity_limit(order, ray));
+            if !case.is_stable(None) {
+                shaking.push((order, ray, multiple));
             }
+            assert!(case.is_stable(observer()), "observer {case:?}");
+            assert!(case.is_stable(bounding(0.0)), "bounding {case:?}");
         }
     }
     // A damper does not shake so soon: what is beyond passivity is mostly stable for μ ≥ 0.5.
@@ -164,14 +164,12 @@ fn both_guards_hold_walls_of_twice_and_three_times_the_passivity_limit() {
 
 #[test]
 fn energy_bounding_holds_what_is_twice_and_three_times_beyond_stability() {
-    for order in ORDERS {
-        for ray in RAYS {
-            let limit = stability_limit(order, ray);
-            for multiple in [2.0, 3.0] {
-                let case = Case::on_ray(order, ray, multiple * limit);
-                assert!(!case.is_stable(None), "{case:?}");
-                assert!(case.is_stable(bounding(0.0)), "{case:?}");
-            }
+    for (order, ray) in rays() {
+        let limit = stability_limit(order, ray);
+        for multiple in [2.0, 3.0] {
+            let case = Case::on_ray(order, ray, multiple * limit);
+            assert!(!case.is_stable(None), "{case:?}");
+            assert!(case.is_stable(bounding(0.0)), "{case:?}");
         }
     }
 }
@@ -187,39 +185,35 @@ fn damping_cannot_hold_what_is_twice_beyond_stability_for_a_derivative() {
         }
     }
     // Nor a wall with a sample of delay, for which the energy bounding must know of the delay.
-    for order in ORDERS {
-        for ray in RAYS {
-            let case = Case {
-                delay: 1.0,
-                ..Case::on_ray(order, ray, 3.0 * passivity_limit(order, ray))
-            };
-            let shakes = !case.is_stable(None);
-            assert_eq!(case.is_stable(observer()), !shakes, "{case:?}");
-            assert_eq!(case.is_stable(bounding(0.0)), !shakes, "{case:?}");
-            assert!(case.is_stable(bounding(1.0)), "{case:?}");
-        }
+    for (order, ray) in rays() {
+        let case = Case {
+            delay: 1.0,
+            ..Case::on_ray(order, ray, 3.0 * passivity_limit(order, ray))
+        };
+        let shakes = !case.is_stable(None);
+        assert_eq!(case.is_stable(observer()), !shakes, "{case:?}");
+        assert_eq!(case.is_stable(bounding(0.0)), !shakes, "{case:?}");
+        assert!(case.is_stable(bounding(1.0)), "{case:?}");
     }
 }
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn an_encoder_and_delays_do_not_shake_a_bounded_wall() {
-    for order in ORDERS {
-        for ray in RAYS {
-            let limit = passivity_limit(order, ray);
-            for encoder in [1e-6, 1e-5] {
-                for multiple in [2.0, 3.0] {
-                    let case = Case {
-                        encoder,
-                        ..Case::on_ray(order, ray, multiple * limit)
-                    };
-                    assert!(case.is_stable(observer()), "observer {case:?}");
-                    for delay in [0.0, 1.0, 2.0] {
-                        let late = Case { delay, ..case };
-                        let end = late.run(bounding(delay));
-                        // A count or two.
-                        assert!(end.deviation < STABLE, "{late:?} {end:?}");
-                    }
+    for (order, ray) in rays() {
+        let limit = passivity_limit(order, ray);
+        for encoder in [1e-6, 1e-5] {
+            for multiple in [2.0, 3.0] {
+                let case = Case {
+                    encoder,
+                    ..Case::on_ray(order, ray, multiple * limit)
+                };
+                assert!(case.is_stable(observer()), "observer {case:?}");
+                for delay in [0.0, 1.0, 2.0] {
+                    let late = Case { delay, ..case };
+                    let end = late.run(bounding(delay));
+                    // A count or two.
+                    assert!(end.deviation < STABLE, "{late:?} {end:?}");
                 }
             }
         }
@@ -255,8 +249,7 @@ fn the_price_is_the_stiffness_above_what_the_damping_can_pay() {
     }
     // The observer adds damping only: the stiffness at rest is the commanded one.
     let case = Case::on_ray(0.0, (1.0, 0.0), 3.0 * passivity_limit(0.0, (1.0, 0.0)));
-    let have = rendered(case, observer());
-    assert_relative("have", have, 10_500.0, 1e-3);
+    assert_relative("1/x", rendered(case, observer()), 10_500.0, 1e-3);
 }
 
 #[test]
@@ -267,8 +260,7 @@ fn a_passive_wall_is_left_as_it_is() {
             let case = Case::on_ray(order, *ray, 0.8 * passivity_limit(order, *ray));
             let free = case.run(None).mean;
             for guard in [observer(), bounding(0.0)] {
-                let kept = case.run(guard).mean;
-                assert!((kept / free - 1.0).abs() < 1e-3, "{case:?} {kept} {free}");
+                assert_relative("kept", case.run(guard).mean, free, 1e-3);
             }
         }
     }
@@ -304,13 +296,14 @@ fn guarded<F: Real, const D: usize>(
     (chain, SafetyState::default())
 }
 
-/// A chain with nothing but this guard.
-fn bare<F: Real>(bounding: EnergyBounding, sample_time: Seconds) -> SafetyChain<F> {
-    let limits = SafetyLimits {
-        guard: Some(PassivityGuard::EnergyBounding(bounding)),
-        ..SafetyLimits::bare(Newtons(100.0), NewtonsPerSecond(200.0 / sample_time.0))
-    };
-    SafetyChain::from_limits(&limits, sample_time).expect("valid")
+/// A chain with nothing but this guard, and its state.
+fn bare<F: Real>(bounding: EnergyBounding) -> (SafetyChain<F>, SafetyState<F, 1>) {
+    let guard = PassivityGuard::EnergyBounding(bounding);
+    guarded(Some(guard), 100.0, 200.0 / T.0)
+}
+
+fn at_once() -> EnergyBounding {
+    EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
 }
 
 fn late(least: f64, most: f64, lag: f64) -> EnergyBounding {
@@ -318,6 +311,6 @@ fn late(least: f64, most: f64, lag: f64) -> EnergyBounding {
         delay_least: Seconds(least),
         delay_most: Seconds(most),
         current_lag: Seconds(lag),
-        ..EnergyBounding::of(NewtonSecondsPerMetre(DAMPING))
+        ..at_once()
     }
 }

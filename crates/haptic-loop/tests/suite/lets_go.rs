@@ -1,12 +1,9 @@
 //! A device that fails in the middle of a run, or whose loop panics, has zero as its last force: by reference, and owned as in the
 //! static of a tick interrupt.
 
-use crate::{T, chain, spring};
+use crate::{BARE, T, chain, spring};
 use core::borrow::BorrowMut;
-use haptic_loop::units::{Newtons, NewtonsPerSecond};
-use haptic_loop::{
-    Controller, Device, Engaged, Fault, Limiters, Reading, SafeForce, SafetyLimits, SpringDamper,
-};
+use haptic_loop::{Controller, Device, Engaged, Fault, Limiters, Reading, SafeForce, SpringDamper};
 use nalgebra::vector;
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -16,8 +13,7 @@ type Spring = SpringDamper<f64, crate::Memory>;
 
 /// 2 N at the place of the device, 1 N a tick.
 fn controller() -> Controller<f64, 1, Spring> {
-    let limits = SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
-    Controller::new(spring(100.0, 1.0, 0.5), chain(limits))
+    Controller::new(spring(100.0, 1.0, 0.5), chain(BARE))
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,14 +113,6 @@ fn an_error_of_the_device_leaves_zero_force_and_a_fault() {
     }
 }
 
-fn ticks<C: BorrowMut<Controller<f64, 1, Spring>>>(
-    mut engaged: Engaged<f64, 1, Spring, Failing, C>,
-) {
-    for _ in 0..20 {
-        engaged.tick().expect("it panics before that");
-    }
-}
-
 #[test]
 fn a_panic_that_unwinds_leaves_zero_force() {
     for fails in [Fails::ReadPanics, Fails::WritePanics] {
@@ -139,9 +127,9 @@ fn a_panic_that_unwinds_leaves_zero_force() {
             let mut controller = controller();
             let unwound = catch_unwind(AssertUnwindSafe(|| {
                 if owned {
-                    ticks(controller.into_engaged(device));
+                    run_on(controller.into_engaged(device));
                 } else {
-                    ticks(controller.engage(device));
+                    run_on(controller.engage(device));
                 }
             }));
             assert!(unwound.is_err());

@@ -21,10 +21,14 @@ mod straight;
 mod surfaces;
 
 use fracdiff::{Real, Seconds, ShortMemory};
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Environment, SafetyChain, SafetyLimits, SafetyState, SpringDamper};
 use nalgebra::{SVector, vector};
 
 const T: Seconds = Seconds(1e-3);
+
+/// 10 N on each axis, 1 N a tick, everything else off.
+const BARE: SafetyLimits = SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
 
 type Memory = ShortMemory<f64, 64>;
 

@@ -45,6 +45,46 @@ fn full<F: Real>(alpha: f64, sample_time: Seconds, share: f64) -> Operator<F> {
     operator.expect("in range")
 }
 
+fn body<F: Real, O: Differintegrator<F>>(m: f64, b: f64, operator: O) -> VirtualBody<F, O> {
+    VirtualBody::new(m, NewtonSecondsPerMetre(b), operator).expect("in range")
+}
+
+/// A robot behind a virtual body, armed.
+fn admittance<F: Real, const D: usize, O: Differintegrator<F>, R>(
+    limits: &MotionLimits<D>,
+    robot: R,
+    body: VirtualBody<F, O>,
+) -> Admittance<F, D, O, R>
+where
+    R: MovingDevice<F, D, Error: std::fmt::Debug>,
+{
+    let chain = MotionChain::new(limits, T).expect("in range");
+    let mut device = Admittance::new(robot, body, chain);
+    for _ in 0..100 {
+        device.rest().expect("rests");
+    }
+    device.arm().expect("may be armed");
+    device
+}
+
+/// The robot of theory in this hand, behind a virtual body, armed.
+fn in_hand<O: Differintegrator<f64>>(
+    limits: &MotionLimits<1>,
+    hand: RobotHand,
+    body: VirtualBody<f64, O>,
+) -> Admittance<f64, 1, O, SimulatedRobot<1>> {
+    admittance(limits, made(robot(hand)), body)
+}
+
+fn made<const D: usize>(config: SimulatedRobotConfig) -> SimulatedRobot<D> {
+    SimulatedRobot::new(config).expect("in range")
+}
+
+/// A law's chain without a guard.
+fn law_chain<F: Real>() -> SafetyChain<F> {
+    SafetyChain::new(Newtons(20.0), NewtonsPerSecond(1e5), T).expect("in range")
+}
+
 fn reading<F: Real, const D: usize>(
     tick: u64,
     position_m: SVector<F, D>,

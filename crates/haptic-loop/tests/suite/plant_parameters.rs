@@ -6,6 +6,8 @@ use haptic_loop::plant::{
     RigContact, RigDrive, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use std::fmt::Display;
+use testkit::assert_refused;
 use testkit::device::{DAMPING as B, MASS as M, ideal, with_hand};
 
 /// Sample time at 1 kHz, s.
@@ -16,7 +18,7 @@ fn drive() -> RigDrive {
 }
 
 /// What is changed of a good configuration.
-type Change<C> = fn(&mut C);
+pub(super) type Change<C> = fn(&mut C);
 
 /// Changes of a good configuration, each with its refusal.
 macro_rules! refusals {
@@ -38,31 +40,32 @@ const BAD_MASS_DAMPERS: [(Change<MassDamperConfig>, &str); 9] = refusals! { conf
     (config.friction, config.stiffness) = (Newtons(0.1), NewtonsPerMetre(1e5)) => "hand stiffness 100000 N/m is not at most m/T², as with friction";
 };
 
+/// Each change of a good configuration is refused, in these words.
+pub(super) fn refuses<C: Copy, T, E: Display>(
+    good: C,
+    changes: &[(Change<C>, &str)],
+    made: fn(C) -> Result<T, E>,
+) {
+    assert!(made(good).is_ok());
+    for (change, words) in changes {
+        let mut config = good;
+        change(&mut config);
+        assert_refused(made(config), words);
+    }
+}
+
 #[test]
 fn a_mass_damper_refuses_bad_parameters() {
     let good = with_hand(M, B, 0.0, T);
-    let refused = |config| {
-        MassDamper::<1>::new(config)
-            .map(|_| ())
-            .map_err(|error| error.to_string())
+    refuses(good, &BAD_MASS_DAMPERS, MassDamper::<1>::new);
+    let longest = MassDamperConfig {
+        delay: Seconds(MAX_DELAY_SAMPLES as f64 * T),
+        ..good
     };
-    assert_eq!(refused(good), Ok(()));
-    let longest = Seconds(MAX_DELAY_SAMPLES as f64 * T);
-    assert_eq!(
-        refused(MassDamperConfig {
-            delay: longest,
-            ..good
-        }),
-        Ok(())
-    );
-    for (change, message) in BAD_MASS_DAMPERS {
-        let mut config = good;
-        change(&mut config);
-        assert_eq!(refused(config), Err(message.into()));
-    }
-    assert_eq!(
-        refused(ideal(1.0, 2e6, 1.0)),
-        Err("fastest motion per step 2e6 rad is not at most 1e6 rad".into())
+    assert!(MassDamper::<1>::new(longest).is_ok());
+    assert_refused(
+        MassDamper::<1>::new(ideal(1.0, 2e6, 1.0)),
+        "fastest motion per step 2e6 rad is not at most 1e6 rad",
     );
 }
 
@@ -88,47 +91,33 @@ const BAD_RIGS: [(Change<RigConfig>, &str); 8] = refusals! { config:
 #[test]
 fn a_rig_refuses_bad_parameters() {
     let good = RigConfig::new(drive(), RigContact::COMPLIANT, Seconds(T));
-    let refused = |config| {
-        IndentationRig::new(config)
-            .map(|_| ())
-            .map_err(|error| error.to_string())
-    };
-    assert_eq!(refused(good), Ok(()));
-    for (change, message) in BAD_RIGS {
-        let mut config = good;
-        change(&mut config);
-        assert_eq!(refused(config), Err(message.into()));
+    refuses(good, &BAD_RIGS, IndentationRig::new);
+}
+
+#[test]
+fn profiles_and_sensors_refuse_bad_parameters() {
+    for (depth, time, words) in [
+        (f64::INFINITY, 1.0, "indentation depth inf m is not finite"),
+        (1.0, 0.0, "ramp time 0 s is not above 0 s"),
+    ] {
+        assert_refused(RampHold::new(Metres(depth), Seconds(time)), words);
     }
-}
-
-#[test]
-fn a_profile_refuses_bad_parameters() {
-    let profile = |depth, time| RampHold::new(Metres(depth), Seconds(time));
-    let message = |depth, time| profile(depth, time).map_err(|error| error.to_string());
-    assert_eq!(
-        message(f64::INFINITY, 1.0),
-        Err("indentation depth inf m is not finite".into())
-    );
-    assert_eq!(
-        message(1.0, 0.0),
-        Err("ramp time 0 s is not above 0 s".into())
-    );
-}
-
-#[test]
-fn sensors_refuse_bad_parameters() {
-    let refused = |resolution, noise| {
+    for (resolution, noise, words) in [
+        (
+            -1e-6,
+            0.0,
+            "encoder resolution -0.000001 m is not above 0 m",
+        ),
+        (
+            0.0,
+            -1e-6,
+            "standard deviation of the noise -0.000001 m is not at least 0 m",
+        ),
+        (f64::NAN, 0.0, "NaN"),
+        (0.0, f64::NAN, "NaN"),
+    ] {
         let still = MassDamper::<1>::new(ideal(M, B, T)).expect("valid");
         let sensed = Sensed::new(still, Metres(resolution), Metres(noise), 0);
-        sensed.expect_err("refused").to_string()
-    };
-    assert_eq!(
-        refused(-1e-6, 0.0),
-        "encoder resolution -0.000001 m is not above 0 m"
-    );
-    assert_eq!(
-        refused(0.0, -1e-6),
-        "standard deviation of the noise -0.000001 m is not at least 0 m"
-    );
-    assert!(refused(f64::NAN, 0.0).contains("NaN") && refused(0.0, f64::NAN).contains("NaN"));
+        assert_refused(sensed, words);
+    }
 }

@@ -6,43 +6,9 @@ mod schedules;
 
 use crate::{T, apply, chain};
 use fracdiff::Seconds;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_loop::{Fault, LoopParameterError, SafetyChain, SafetyLimits, SafetyState};
 use testkit::assert_close;
-
-#[test]
-fn a_force_is_zero_within_the_stop_time_however_slow_its_rate() {
-    let bare = SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(0.1));
-    for (stop_s, ticks) in [(0.1, 100), (1e-3, 1), (0.0305, 31), (1.0, 1000)] {
-        for fault in [None, Some(Fault::HostSilent)] {
-            let chain = chain(SafetyLimits {
-                stop_time: Seconds(stop_s),
-                ..bare
-            });
-            let mut state = SafetyState::default();
-            for _ in 0..20_000 {
-                apply(&chain, &mut state, 0.0, 1.8);
-            }
-            match fault {
-                Some(fault) => state.trip(fault),
-                None => state.stop(),
-            }
-            let mut last = 1.8;
-            for tick in 1..=ticks {
-                assert!(!state.is_at_rest(), "{stop_s} s, tick {tick}");
-                let force = apply(&chain, &mut state, 0.0, 1.8);
-                // The brake force of 2 N is larger than 1.8 N.
-                let envelope = 2.0 * (1.0 - f64::from(tick) / f64::from(ticks));
-                assert!(
-                    force <= envelope + 1e-15 && force <= last,
-                    "{tick}: {force} N"
-                );
-                last = force;
-            }
-            assert!(state.is_at_rest(), "{stop_s} s");
-        }
-    }
-}
 
 #[test]
 fn braking_beyond_what_the_device_bears_is_refused_in_one_line() {
@@ -143,7 +109,7 @@ fn fault(ticks: impl Iterator<Item = (f64, f64)>) -> Option<(usize, Fault)> {
         ..SafetyLimits::default()
     };
     let chain = chain(limits);
-    let mut state = SafetyState::<f64, 1>::default();
+    let mut state = SafetyState::default();
     for (tick, (position, wanted)) in ticks.enumerate() {
         apply(&chain, &mut state, position, wanted);
         if let Some(fault) = state.fault() {
@@ -154,23 +120,14 @@ fn fault(ticks: impl Iterator<Item = (f64, f64)>) -> Option<(usize, Fault)> {
 }
 
 #[test]
-fn a_position_that_stands_still_under_a_growing_force_is_a_fault() {
-    // A host pushes with a sine of 5 N at 2 Hz; the sensor sticks from the first tick on.
-    let sine = |n: usize| 5.0 * (std::f64::consts::TAU * 2e-3 * n as f64).sin();
-    let stuck = fault((0..1000).map(|n| (0.01, sine(n)))).expect("a fault");
-    assert_eq!(stuck.1, Fault::PositionStuck);
-    assert!(stuck.0 < 400, "{stuck:?}");
-    // One that moves by a count now and then does not stick.
-    let moves = (0..1000).map(|n| (0.01 + 1e-5 * ((n / 50) % 2) as f64, sine(n)));
-    assert_eq!(fault(moves), None);
-    // Below the set amount nothing is said.
-    assert_eq!(fault((0..1000).map(|n| (0.01, 0.55 * sine(n)))), None);
-    // A force that the limits keep away moves nothing.
-    assert_eq!(fault((0..1000).map(|n| (0.01, 20.0 + sine(n)))), None);
-}
-
-#[test]
 fn no_honest_standstill_is_a_fault() {
+    // A host pushes with a sine at 2 Hz: a sensor that moves by a count now and then, less than the set amount, and a force that the
+    // limits keep away.
+    let sine = |n: usize| 5.0 * (std::f64::consts::TAU * 2e-3 * n as f64).sin();
+    for (count, share, kept_away) in [(1e-5, 1.0, 0.0), (0.0, 0.55, 0.0), (0.0, 1.0, 20.0)] {
+        let told = |n: usize| (count * ((n / 50) % 2) as f64, share * sine(n) + kept_away);
+        assert_eq!(fault((0..1000).map(told)), None, "{count} m, {share}");
+    }
     // A hand that does not move, a wall of 8 N, the force slewed up to it: 200 s.
     assert_eq!(fault((0..200_000).map(|_| (0.004, -8.0))), None);
     // Relaxation of every order on a rigid indenter, from 9 N, from the end of a ramp of 10 ms on.
@@ -197,9 +154,8 @@ fn no_honest_standstill_is_a_fault() {
 #[test]
 fn a_position_that_jumps_is_a_fault_before_its_force_is() {
     for jump in [0.01, 0.0026, -0.01] {
-        let limits = SafetyLimits::default();
-        let chain = chain(limits);
-        let mut state = SafetyState::<f64, 1>::default();
+        let chain = chain(SafetyLimits::default());
+        let mut state = SafetyState::default();
         for _ in 0..1000 {
             apply(&chain, &mut state, 0.0, -0.5);
         }
@@ -209,14 +165,6 @@ fn a_position_that_jumps_is_a_fault_before_its_force_is() {
     }
     // 1.5 m/s and 1 mm more in a tick are 2.5 mm.
     assert_eq!(fault([(0.0, 0.0), (2.4e-3, 0.0)].into_iter()), None);
-    // Over ticks that did not come a hand may have moved further.
-    let chain = chain(SafetyLimits::default());
-    let mut state = SafetyState::<f64, 1>::default();
-    apply(&chain, &mut state, 0.0, 0.0);
-    state.skip(3);
-    apply(&chain, &mut state, 3e-3, 0.0);
-    assert_eq!(state.fault(), None);
-    assert!(state.velocity_m_per_s()[0] < 0.75, "over four ticks");
 }
 
 #[test]
@@ -229,7 +177,7 @@ fn a_motion_over_ticks_that_did_not_come_is_as_fast_as_it_was() {
             },
         ] {
             let chain = chain(SafetyLimits::default());
-            let mut state = SafetyState::<f64, 1>::default();
+            let mut state = SafetyState::default();
             let mut tick = 0_u64;
             for n in 0..300 {
                 let missed = if n % 7 == 3 { n % 11 } else { 0 };
@@ -244,24 +192,5 @@ fn a_motion_over_ticks_that_did_not_come_is_as_fast_as_it_was() {
             assert_eq!(state.fault().is_some(), fast, "{speed} m/s");
             assert!((state.velocity_m_per_s()[0] - speed).abs() < 1e-9 || fast);
         }
-    }
-}
-
-#[test]
-fn what_is_switched_off_finds_nothing() {
-    let limits = SafetyLimits {
-        stuck: None,
-        jump: None,
-        speed: None,
-        rise_time: None,
-        ..SafetyLimits::default()
-    };
-    let chain = chain(limits);
-    let mut state = SafetyState::<f64, 1>::default();
-    for tick in 0..1000 {
-        let position = if tick < 900 { 0.0 } else { 0.05 };
-        let wanted = 0.02 * f64::from(tick).min(400.0);
-        apply(&chain, &mut state, position, wanted);
-        assert_eq!(state.fault(), None, "{tick}");
     }
 }

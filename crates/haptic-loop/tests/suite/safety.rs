@@ -3,7 +3,7 @@
 
 mod motion;
 
-use crate::{T, apply, chain};
+use crate::{BARE, T, apply, chain};
 use fracdiff::Seconds;
 use haptic_loop::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
@@ -14,9 +14,6 @@ use haptic_loop::{
 };
 use nalgebra::{SVector, vector};
 use proptest::prelude::*;
-
-/// 10 N on each axis, 1 N a tick, everything else off.
-const BARE: SafetyLimits = SafetyLimits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
 
 #[test]
 fn the_force_rises_in_proportion_to_time_after_start_and_after_clear() {
@@ -82,23 +79,18 @@ fn the_norm_is_limited_without_turning_the_force_and_no_force_is_stuck() {
     };
     let chain = chain(limits);
     let mut state = SafetyState::<f64, 2>::default();
-    let settle = |state: &mut _, wanted: [f64; 2]| {
-        let mut last = (SVector::zeros(), Limiters::NONE);
-        for _ in 0..30 {
-            let (force, limiters) = chain.apply(state, &vector![0.0, 0.0], &SVector::from(wanted));
-            last = (*force.newtons(), limiters);
-        }
-        last
-    };
-    // 3-4-5, twice as long: limited to 5 N, one millionth less for rounding.
-    let (force, limiters) = settle(&mut state, [6.0, 8.0]);
-    assert!((force - vector![3.0, 4.0]).norm() < 1e-5, "{force}");
-    assert_eq!(limiters, Limiters::MAGNITUDE);
     // Along the circle, where a slew of each axis for itself would lead outside, and a box of 10 N would turn the force.
     for angle in 0..360 {
         let (y, x) = (f64::from(angle * 7).to_radians()).sin_cos();
-        let (force, _) = settle(&mut state, [50.0 * x, 50.0 * y]);
-        assert!((force - vector![x, y] * 5.0).norm() < 1e-5, "{force}");
+        let wanted = vector![50.0 * x, 50.0 * y];
+        let mut last = (SVector::zeros(), Limiters::NONE);
+        for _ in 0..30 {
+            let (force, limiters) = chain.apply(&mut state, &vector![0.0, 0.0], &wanted);
+            last = (*force.newtons(), limiters);
+        }
+        // 5 N, one millionth less for rounding.
+        assert!((last.0 - vector![x, y] * 5.0).norm() < 1e-5, "{last:?}");
+        assert_eq!(last.1, Limiters::MAGNITUDE);
     }
 }
 
@@ -126,7 +118,7 @@ fn a_sensor_stands_still_if_the_force_grows_by_more_and_more_is_applied() {
         ..BARE
     });
     // From 1 N to 4 N is no more than 3 N; half a newton more is.
-    let mut state = SafetyState::<f64, 1>::default();
+    let mut state = SafetyState::default();
     for wanted in [1.0, 1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0] {
         apply(&chain, &mut state, 0.0, wanted);
         assert_eq!(state.fault(), None);
@@ -134,7 +126,7 @@ fn a_sensor_stands_still_if_the_force_grows_by_more_and_more_is_applied() {
     apply(&chain, &mut state, 0.0, 4.5);
     assert_eq!(state.fault(), Some(Fault::PositionStuck));
     // Wanted at once, 1 N a tick applied: not yet while the last that was applied is 3 N.
-    let mut state = SafetyState::<f64, 1>::default();
+    let mut state = SafetyState::default();
     for _ in 0..3 {
         apply(&chain, &mut state, 0.0, 0.0);
     }
@@ -152,7 +144,7 @@ fn after_a_fault_the_force_goes_through_damping_to_zero() {
         stop_time: Seconds(0.1),
         ..workspace()
     });
-    let mut state = SafetyState::<f64, 1>::default();
+    let mut state = SafetyState::default();
     for tick in 0..300 {
         // Moves on at 0.1 m/s, whatever the force.
         let position = vector![0.05 + 1e-4 * f64::from(tick)];
@@ -177,7 +169,7 @@ fn after_a_fault_the_force_goes_through_damping_to_zero() {
 fn no_braking_without_a_sensor_or_an_actuator() {
     for fault in [Fault::NonFiniteForce, Fault::CurrentMismatch] {
         let chain = chain(workspace());
-        let mut state = SafetyState::<f64, 1>::default();
+        let mut state = SafetyState::default();
         for tick in 0..20 {
             let mut position = vector![0.05 + 1e-4 * f64::from(tick)];
             if tick == 10 && fault == Fault::NonFiniteForce {
@@ -194,7 +186,7 @@ fn no_braking_without_a_sensor_or_an_actuator() {
 
 #[test]
 fn what_is_not_finite_is_a_fault_while_stopping_and_in_the_braking_too() {
-    let mut state = SafetyState::<f64, 1>::default();
+    let mut state = SafetyState::default();
     state.stop();
     apply(&chain(BARE), &mut state, 0.0, f64::NAN);
     assert_eq!(state.fault(), Some(Fault::NonFiniteForce));
@@ -207,7 +199,7 @@ fn what_is_not_finite_is_a_fault_while_stopping_and_in_the_braking_too() {
         }),
         ..workspace()
     });
-    let mut state = SafetyState::<f64, 1>::default();
+    let mut state = SafetyState::default();
     apply(&vast, &mut state, 0.0, 1.0);
     assert_eq!(state.fault(), None);
     let (force, limiters) = vast.apply(&mut state, &vector![1e305], &vector![1.0]);
@@ -279,11 +271,13 @@ fn bad_ranges_of_place_and_speed_are_refused() {
         (f64::NAN, 0.1, 0.0),
         (0.0, f64::INFINITY, 0.0),
     ] {
-        assert!(refused(&|limits| limits.workspace = Some(Workspace {
+        let bad = Workspace {
             low: Metres(low),
             high: Metres(high),
             soft: Metres(soft),
-        })));
+        };
+        assert!(refused(&|limits| limits.workspace = Some(bad)));
+        assert!(refused(&|limits| limits.workspace_box = Some([bad; 3])));
     }
     for (soft, hard) in [(1.0, 1.0), (-1.0, 1.0), (2.0, 1.0), (0.0, f64::NAN)] {
         assert!(refused(&|limits| limits.speed = Some(SpeedLimit {

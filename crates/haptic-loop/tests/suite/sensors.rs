@@ -1,21 +1,20 @@
 //! The sensor wrappers around a simulated device.
 
 use fracdiff::Seconds;
-use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamper, MassDamperConfig, Sensed};
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons};
+use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamper, Sensed};
+use haptic_loop::units::{Metres, Newtons};
 use nalgebra::Vector1;
-use testkit::device::{read, write};
-use testkit::{assert_close, assert_relative};
+use testkit::device::{ideal, plant, read, write};
+use testkit::{assert_close, assert_refused, assert_relative};
 
 /// A free mass of 1 kg, one tick a second.
-fn plant() -> MassDamper<1> {
-    let ideal = MassDamperConfig::ideal(Kilograms(1.0), NewtonSecondsPerMetre(0.0), Seconds(1.0));
-    MassDamper::new(ideal).expect("valid")
+fn free() -> MassDamper<1> {
+    plant(ideal(1.0, 0.0, 1.0))
 }
 
 #[test]
 fn an_encoder_reads_the_nearest_count() {
-    let mut encoder = Sensed::new(plant(), Metres(1e-3), Metres(0.0), 0).expect("valid");
+    let mut encoder = Sensed::new(free(), Metres(1e-3), Metres(0.0), 0).expect("valid");
     for (x, want) in [(0.4e-3, 0.0), (0.6e-3, 1e-3), (-2.6e-3, -3e-3)] {
         let device: &mut MassDamper<1> = encoder.device_mut();
         device.set_state(Vector1::new(x), Vector1::new(0.0));
@@ -77,15 +76,14 @@ fn a_force_sensor_has_its_noise_and_cannot_be_beyond_its_range() {
             offset: Newtons(offset),
             seed: 1,
         };
-        let refused = ForceSensor::new(config, Seconds(1e-3)).expect_err("refused");
-        assert!(refused.to_string().starts_with(word), "{refused}");
+        assert_refused(ForceSensor::new(config, Seconds(1e-3)), word);
     }
 }
 
 #[test]
 fn sensor_noise_has_its_standard_deviation_and_its_seed() {
     let sample = |seed, deviation| {
-        let mut noisy = Sensed::new(plant(), Metres(0.0), Metres(deviation), seed).expect("valid");
+        let mut noisy = Sensed::new(free(), Metres(0.0), Metres(deviation), seed).expect("valid");
         (0..10_000)
             .map(|_| read::<1>(&mut noisy).position_m[0])
             .collect::<Vec<f64>>()

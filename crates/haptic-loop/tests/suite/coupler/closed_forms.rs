@@ -2,43 +2,11 @@
 
 use super::object;
 use fracdiff::{Seconds, ShortMemory};
-use haptic_loop::plant::MassDamper;
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, SafetyChain, VirtualCoupler};
 use nalgebra::{SMatrix, SVector, vector};
 use testkit::device::{ideal, plant};
 use testkit::operator::order;
-
-/// e^A by scaling and squaring of the power series.
-fn exponential<const N: usize>(a: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    let small = a / 1024.0;
-    let mut sum = SMatrix::<f64, N, N>::identity();
-    let mut term = sum;
-    for k in 1..20 {
-        term = term * small / f64::from(k);
-        sum += term;
-    }
-    for _ in 0..10 {
-        sum = sum * sum;
-    }
-    sum
-}
-
-/// A device behind a coupler for so many ticks. The history of the coupler and the device at the end, before it is let go.
-fn run<E: Environment<f64, 1>>(
-    controller: &mut Controller<f64, 1, E>,
-    device: MassDamper<1>,
-    ticks: usize,
-) -> (E::History, MassDamper<1>) {
-    let mut replay = controller.environment().at_rest();
-    let mut engaged = controller.engage(device);
-    for _ in 0..ticks {
-        let Ok(sample) = engaged.tick();
-        let x = sample.reading.position_m;
-        engaged.controller().environment().advance(&mut replay, &x);
-    }
-    (replay, engaged.device().clone())
-}
 
 /// A device of 0.1 kg that is pushed with 1 N for 0.3 s into a coupler of order 1 and an object: its place and the object's
 /// at the end, m.
@@ -50,10 +18,17 @@ fn pushed(t: f64, [k_c, b_c]: [f64; 2], [m, b, k]: [f64; 3]) -> [f64; 2] {
     let mut controller = Controller::new(coupler.expect("valid"), chain);
     let mut device = plant(ideal(0.1, 0.8, t));
     device.set_external_force(vector![1.0]);
-    let (replay, device) = run(&mut controller, device, (0.3 / t).round() as usize);
+    let mut replay = controller.environment().at_rest();
+    let mut engaged = controller.engage(device);
+    for _ in 0..(0.3 / t).round() as usize {
+        let Ok(sample) = engaged.tick();
+        let x = sample.reading.position_m;
+        engaged.controller().environment().advance(&mut replay, &x);
+    }
+    let behind = engaged.controller().environment();
     [
-        device.position()[0],
-        controller.environment().object_position_m(&replay)[0],
+        engaged.device().position()[0],
+        behind.object_position_m(&replay)[0],
     ]
 }
 
@@ -70,7 +45,15 @@ fn at_order_one_it_tends_to_two_masses_with_springs_and_dampers() {
         b_c / m, k_c / m, -(b_c + k) / m, -(k_c + b) / m, 0.0,
         0.0, 0.0, 0.0, 0.0, 0.0,
     ]);
-    let end = exponential(&(a * 0.3)) * SVector::<f64, 5>::from([0.0, 0.0, 0.0, 0.0, 1.0]);
+    // e^(a·0.3 s) by many short Taylor steps.
+    let mut end = SVector::<f64, 5>::from([0.0, 0.0, 0.0, 0.0, 1.0]);
+    for _ in 0..1000 {
+        let mut term = end;
+        for k in 1..20 {
+            term = a * term * (0.3e-3 / f64::from(k));
+            end += term;
+        }
+    }
     let off = |t: f64| {
         let [x, p] = pushed(t, [k_c, b_c], [m, b, k]);
         (x - end[0]).abs().max((p - end[2]).abs())
@@ -84,36 +67,5 @@ fn at_order_one_it_tends_to_two_masses_with_springs_and_dampers() {
     );
     for pair in errors.windows(2) {
         assert!((1.8..2.2).contains(&(pair[0] / pair[1])), "{errors:?}");
-    }
-}
-
-#[test]
-fn without_loss_two_masses_keep_energy_and_momentum_as_the_sample_time_falls() {
-    // 0.1 kg at 0.2 m/s, coupled by a spring to 0.15 kg at rest, nothing else.
-    let run = |t: f64| {
-        let sample_time = Seconds(t);
-        let spring = ShortMemory::<f64, 1>::new(order(0.0), sample_time).expect("valid");
-        let behind = object([0.15, 0.0, 0.0]);
-        let coupler = VirtualCoupler::new(0.0, 300.0, spring, behind, sample_time).expect("valid");
-        let chain = SafetyChain::new(Newtons(1e3), NewtonsPerSecond(1e9), sample_time);
-        let mut controller = Controller::new(coupler, chain.expect("valid"));
-        let mut device = plant(ideal(0.1, 0.0, t));
-        device.set_state(vector![0.0], vector![0.2]);
-        let (replay, device) = run(&mut controller, device, (0.5 / t).round() as usize);
-        let environment = controller.environment();
-        let u = environment.object_velocity_m_per_s(&replay)[0];
-        let p = environment.object_position_m(&replay)[0];
-        let (x, v) = (device.position()[0], device.velocity()[0]);
-        let energy = 0.5 * (0.1 * v * v + 0.15 * u * u + 300.0 * (x - p) * (x - p));
-        [
-            (energy / 2e-3 - 1.0).abs(),
-            ((0.1 * v + 0.15 * u) / 0.02 - 1.0).abs(),
-        ]
-    };
-    // What hold and difference take or give is of first order in T.
-    let (coarse, fine) = (run(1e-4), run(5e-5));
-    for k in 0..2 {
-        let ratio = coarse[k] / fine[k];
-        assert!((1.9..2.1).contains(&ratio), "{coarse:?} {fine:?}");
     }
 }

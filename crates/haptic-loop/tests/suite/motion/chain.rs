@@ -1,6 +1,7 @@
 //! The motion chain: each limit for one, two and three axes, each fault, and arming.
 
 use super::*;
+use crate::plant_parameters::{Change, refuses};
 
 /// A tick almost without a force at this wanted velocity, m/s, on a robot that follows at once.
 fn tick<F: Real, const D: usize>(
@@ -17,9 +18,9 @@ fn tick<F: Real, const D: usize>(
 }
 
 /// Wild wishes: every limit holds in every tick, and from every tick the way to rest ends inside.
-fn keeps_each_limit<F: Real, const D: usize>(limits: &MotionLimits<D>, digits: f64) {
-    let (chain, state) = armed::<F, D>(limits, SVector::from([F::ZERO; D]));
-    let mut state = state;
+fn keeps_each_limit<F: Real, const D: usize>(limits: &MotionLimits<D>) {
+    let digits = F::EPSILON.to_f64();
+    let (chain, mut state) = armed::<F, D>(limits, SVector::from([F::ZERO; D]));
     let mut random = Random(7 + D as u64);
     let (speed, norm) = (limits.speed.0, limits.speed_norm.map_or(1e9, |norm| norm.0));
     let step = limits.acceleration.0 * T.0;
@@ -74,7 +75,7 @@ fn keeps_each_limit<F: Real, const D: usize>(limits: &MotionLimits<D>, digits: f
 
 #[test]
 fn speed_acceleration_and_workspace_hold_on_each_axis_and_by_norm() {
-    fn all<F: Real, const D: usize>(digits: f64) {
+    fn all<F: Real, const D: usize>() {
         let plain = limits::<D>();
         let whole = MotionLimits {
             speed_norm: Some(MetresPerSecond(0.6)),
@@ -86,19 +87,19 @@ fn speed_acceleration_and_workspace_hold_on_each_axis_and_by_norm() {
             ..plain
         };
         for limits in [plain, whole, soft] {
-            keeps_each_limit::<F, D>(&limits, digits);
+            keeps_each_limit::<F, D>(&limits);
         }
     }
-    all::<f64, 1>(2e-16);
-    all::<f64, 2>(2e-16);
-    all::<f64, 3>(2e-16);
-    all::<f32, 1>(1e-7);
-    all::<f32, 3>(1e-7);
+    all::<f64, 1>();
+    all::<f64, 2>();
+    all::<f64, 3>();
+    all::<f32, 1>();
+    all::<f32, 3>();
 }
 
 #[test]
 fn what_is_within_the_limits_is_commanded_to_the_bit() {
-    let (chain, mut state) = armed::<f64, 2>(&limits(), vector![0.01, 0.0]);
+    let (chain, mut state) = armed(&limits(), vector![0.01, 0.0]);
     let mut x = vector![0.01, 0.0];
     for n in 0..200 {
         let wanted = vector![0.01 * libm::sin(0.05 * n as f64), 1e-3];
@@ -150,7 +151,7 @@ fn a_creeping_command_is_not_lost_in_single_precision() {
 
 #[test]
 fn a_direction_stays_and_a_command_slides_along_an_end() {
-    let (chain, mut state) = armed::<f64, 2>(&limits(), vector![0.0, 0.0]);
+    let (chain, mut state) = armed(&limits(), vector![0.0, 0.0]);
     let (v, limiters) = tick(&chain, &mut state, 0, vector![3.0, 4.0]);
     assert_close("direction", v[0] / v[1], 0.75, 1e-12);
     assert_eq!(
@@ -175,7 +176,7 @@ fn jerk_is_limited_where_no_other_limit_needs_more_and_does_not_overshoot() {
         high: [Metres(10.0)],
         ..limits()
     };
-    let (chain, mut state) = armed::<f64, 1>(&wide, vector![0.0]);
+    let (chain, mut state) = armed(&wide, vector![0.0]);
     let (mut last, mut change) = (0.0, 0.0);
     for n in 0..500 {
         let wanted = if n < 250 { 0.3 } else { -0.2 };
@@ -195,7 +196,7 @@ fn jerk_is_limited_where_no_other_limit_needs_more_and_does_not_overshoot() {
 
 #[test]
 fn missed_ticks_move_the_command_on_and_too_many_are_a_fault() {
-    let (chain, mut state) = armed::<f64, 1>(&limits(), vector![0.0]);
+    let (chain, mut state) = armed(&limits(), vector![0.0]);
     tick(&chain, &mut state, 0, vector![0.01]);
     tick(&chain, &mut state, 4, vector![0.01]);
     assert_close("x", state.position_m()[0], 5.0 * 0.01 * T.0, 1e-15);
@@ -204,17 +205,6 @@ fn missed_ticks_move_the_command_on_and_too_many_are_a_fault() {
     tick(&chain, &mut state, 16, vector![0.01]);
     assert_eq!(state.fault(), Some(MotionFault::StaleForce));
 }
-
-/// Wanted speed, m/s; force, N, distance from the command, m, and age, s, of readings until tick 20, and of those after; the force has some
-/// noise in the last digits, or none; ticks in which this fault may be found.
-type Case = (
-    f64,
-    [f64; 3],
-    [f64; 3],
-    f64,
-    std::ops::Range<u64>,
-    MotionFault,
-);
 
 fn finds<const D: usize>(axis: usize) {
     let along = |value: f64| SVector::from_fn(|at, _| if at == axis { value } else { 0.0 });
@@ -225,94 +215,34 @@ fn finds<const D: usize>(axis: usize) {
     };
     let calm = [0.0; 3];
     let (nan, inf) = (f64::NAN, f64::INFINITY);
-    let cases: [Case; 13] = [
+    // Force, N, distance from the command, m, and age, s, of readings until tick 20, and of those after, which are the fault at once.
+    let sudden = [
+        (calm, [nan, 0.0, 0.0], MotionFault::NotFinite),
+        (calm, [-inf, 0.0, 0.0], MotionFault::NotFinite),
+        (calm, [0.0, nan, 0.0], MotionFault::NotFinite),
+        (calm, [0.0, 0.0, nan], MotionFault::NotFinite),
+        (calm, [0.0, 0.0, 0.0201], MotionFault::StaleForce),
+        (calm, [50.0, 0.0, 0.0], MotionFault::SensorSaturated),
+        ([24.9, 0.0, 0.0], [25.1, 0.0, 0.0], MotionFault::Force),
         (
-            0.02,
-            calm,
-            [nan, 0.0, 0.0],
-            1e-3,
-            20..21,
-            MotionFault::NotFinite,
-        ),
-        (
-            0.02,
-            calm,
-            [-inf, 0.0, 0.0],
-            1e-3,
-            20..21,
-            MotionFault::NotFinite,
-        ),
-        (
-            0.02,
-            calm,
-            [0.0, nan, 0.0],
-            1e-3,
-            20..21,
-            MotionFault::NotFinite,
-        ),
-        (
-            0.02,
-            calm,
-            [0.0, 0.0, nan],
-            1e-3,
-            20..21,
-            MotionFault::NotFinite,
-        ),
-        (inf, calm, calm, 1e-3, 0..1, MotionFault::NotFinite),
-        (
-            0.02,
-            calm,
-            [0.0, 0.0, 0.0201],
-            1e-3,
-            20..21,
-            MotionFault::StaleForce,
-        ),
-        (
-            0.02,
-            calm,
-            [50.0, 0.0, 0.0],
-            1e-3,
-            20..21,
-            MotionFault::SensorSaturated,
-        ),
-        (
-            0.02,
-            [24.9, 0.0, 0.0],
-            [25.1, 0.0, 0.0],
-            1e-3,
-            20..21,
-            MotionFault::Force,
-        ),
-        (
-            0.02,
             [0.0, 0.0199, 0.0],
             [0.0, 0.0201, 0.0],
-            1e-3,
-            20..21,
             MotionFault::Following,
         ),
+    ];
+    let sudden = sudden.map(|(before, after, fault)| (0.02, before, after, 1e-3, 20..21, fault));
+    let (push, pull) = ([10.0, 0.0, 0.0], [-10.0, 0.0, 0.0]);
+    // The wanted speed, m/s, comes before them; noise of the force, N, ticks in which it may be found, and the fault after them.
+    let others = [
+        (inf, calm, calm, 1e-3, 0..1, MotionFault::NotFinite),
         // A sensor may stand still while nothing moves; not for 0.1 s and 5 mm.
         (0.04, calm, calm, 0.0, 60..70, MotionFault::SensorStuck),
         (0.004, calm, calm, 0.0, 620..640, MotionFault::SensorStuck),
         // 10 N against 0.25 m/s give 2 J in 0.8 s, though the hand has paid before.
-        (
-            0.25,
-            [10.0, 0.0, 0.0],
-            [-10.0, 0.0, 0.0],
-            1e-3,
-            418..422,
-            MotionFault::HandEnergy,
-        ),
-        (
-            0.0,
-            [1.0, 0.0, 0.0],
-            [-1.0, 0.0, 0.0],
-            0.0,
-            999..1000,
-            MotionFault::RobotFailed,
-        ),
+        (0.25, push, pull, 1e-3, 418..422, MotionFault::HandEnergy),
+        (0.0, push, pull, 0.0, 999..1000, MotionFault::RobotFailed),
     ];
-    for (wanted, before, after, noise, when, fault) in cases {
+    for (wanted, before, after, noise, when, fault) in sudden.into_iter().chain(others) {
         for sign in [1.0, -1.0] {
             let (chain, mut state) = armed::<f64, D>(&wide, SVector::zeros());
             let found = (0..1000).find(|&n| {
@@ -356,7 +286,7 @@ fn a_dead_band_takes_off_noise_without_a_jump_and_keeps_the_direction() {
         dead_band: Newtons(0.5),
         ..limits()
     };
-    let (chain, mut state) = armed::<f64, 2>(&with_band, vector![0.0, 0.0]);
+    let (chain, mut state) = armed(&with_band, vector![0.0, 0.0]);
     for (n, force) in [0.1, 0.49, 0.5, 0.51, 5.5].into_iter().enumerate() {
         let shown = vector![0.6, -0.8] * force;
         let sensed = chain.sense(&mut state, &reading(n as u64, vector![0.0, 0.0], shown));
@@ -392,23 +322,17 @@ fn a_robot_is_armed_only_at_rest_within_its_workspace_and_with_a_sensor_near_zer
     assert_close("sensed", sensed[0], 2.5, 1e-12);
     assert_eq!(*state.position_m(), vector![0.05]);
     assert_refused(try_with(&noisy, 99, 0.0), "99 ticks of 100");
-    assert_refused(
-        try_with(&|_| 2.6, 100, 0.0),
-        "shows 2.6 N at rest, at most 2.5 N",
-    );
-    assert_refused(
-        try_with(&|n| if n == 7 { 3.0 } else { 0.0 }, 100, 0.0),
-        "differ by 3 N",
-    );
-    assert_refused(
-        try_with(&|n| if n == 50 { f64::NAN } else { 0.0 }, 100, 0.0),
-        "49 ticks of 100",
-    );
-    assert_refused(try_with(&|_| 0.0, 100, 0.11), "stands at 0.11 m on axis 0");
-    assert_refused(
-        try_with(&|n| if n < 100 { 0.0 } else { 60.0 }, 100, 0.0),
-        "the force sensor is saturated",
-    );
+    // One tick shows something else, of 100 at rest and the one that arms.
+    for (usual, at, once, x, words) in [
+        (2.6, 0, 2.6, 0.0, "shows 2.6 N at rest, at most 2.5 N"),
+        (0.0, 7, 3.0, 0.0, "differ by 3 N"),
+        (0.0, 50, f64::NAN, 0.0, "49 ticks of 100"),
+        (0.0, 0, 0.0, 0.11, "stands at 0.11 m on axis 0"),
+        (0.0, 100, 60.0, 0.0, "the force sensor is saturated"),
+    ] {
+        let shown = |n| if n == at { once } else { usual };
+        assert_refused(try_with(&shown, 100, x), words);
+    }
     // Not while it moves; after a stop again, which forgets nothing else by itself.
     tick(&chain, &mut state, 2, vector![0.1]);
     assert_refused(
@@ -428,8 +352,7 @@ fn a_robot_is_armed_only_at_rest_within_its_workspace_and_with_a_sensor_near_zer
 
 #[test]
 fn limits_without_sense_are_refused_by_name_value_and_remedy() {
-    type Change = fn(&mut MotionLimits<2>);
-    let changes: [(Change, &str); 8] = [
+    let changes: [(Change<MotionLimits<2>>, &str); 8] = [
         (
             |it| it.speed = MetresPerSecond(0.0),
             "speed limit 0 m/s is not above 0 m/s",
@@ -462,11 +385,7 @@ fn limits_without_sense_are_refused_by_name_value_and_remedy() {
         ),
         (|it| it.offset_share = 1.5, "offset at rest 1.5"),
     ];
-    for (change, words) in changes {
-        let mut limits = limits::<2>();
-        change(&mut limits);
-        assert_refused(MotionChain::<f64, 2>::new(&limits, T), words);
-    }
+    refuses(limits(), &changes, |it| MotionChain::<f64, 2>::new(&it, T));
     assert_refused(
         MotionChain::<f64, 2>::new(&limits(), Seconds(0.0)),
         "sample time 0",

@@ -1,32 +1,27 @@
 //! A robot in the loop: stops and faults of either side, errors, and guards.
 
-use super::borders::in_hand;
 use super::*;
 
-fn body() -> VirtualBody<f64, Operator<f64>> {
-    VirtualBody::new(2.0, NewtonSecondsPerMetre(10.0), full(1.0, T, 1e-6)).expect("in range")
+fn mass() -> VirtualBody<f64, Operator<f64>> {
+    body(2.0, 10.0, full(1.0, T, 1e-6))
 }
 
 fn law(stiffness: f64) -> SpringDamper<f64, Operator<f64>> {
     SpringDamper::new(stiffness, 0.0, full(1.0, T, 1e-6)).expect("in range")
 }
 
-fn chain() -> SafetyChain<f64> {
-    SafetyChain::new(Newtons(20.0), NewtonsPerSecond(1e5), T).expect("in range")
-}
-
 type Robot = Admittance<f64, 1, Operator<f64>, SimulatedRobot<1>>;
 
 /// A robot on its way, pushed by 5 N.
 fn on_its_way() -> (Controller<f64, 1, SpringDamper<f64, Operator<f64>>>, Robot) {
-    let mut device = in_hand(&limits(), RobotHand::relaxed(), body());
+    let mut device = in_hand(&limits(), RobotHand::relaxed(), mass());
     device.robot_mut().set_hand_force(vector![5.0]);
     for _ in 0..40 {
         device.read().expect("no fault");
         write(&mut device, 0.0);
     }
     assert!(device.state().velocity_m_per_s()[0] > 0.05);
-    (Controller::new(law(0.0), chain()), device)
+    (Controller::new(law(0.0), law_chain()), device)
 }
 
 #[test]
@@ -121,8 +116,7 @@ fn a_fault_of_motion_brakes_first_and_is_then_an_error_until_armed_again() {
 #[test]
 fn an_unstable_hand_is_stopped_by_the_energy_that_it_is_given() {
     // Theory: this body grows in a hand of more than 2177 N/m.
-    let body =
-        VirtualBody::new(1.16, NewtonSecondsPerMetre(1.0), full(0.8, T, 1e-6)).expect("in range");
+    let body = body(1.16, 1.0, full(0.8, T, 1e-6));
     let hand = RobotHand {
         stiffness: NewtonsPerMetre(3500.0),
         ..RobotHand::relaxed()
@@ -137,7 +131,7 @@ fn an_unstable_hand_is_stopped_by_the_energy_that_it_is_given() {
     };
     let mut device = in_hand(&limits, hand, body);
     device.robot_mut().set_hand_force(vector![1.0]);
-    let mut controller = Controller::new(law(0.0), chain());
+    let mut controller = Controller::new(law(0.0), law_chain());
     let mut engaged = controller.engage(&mut device);
     let error = (0..20_000)
         .find_map(|_| engaged.tick().err())
@@ -152,8 +146,8 @@ fn an_unstable_hand_is_stopped_by_the_energy_that_it_is_given() {
         stiffness: NewtonsPerMetre(200.0),
         ..RobotHand::relaxed()
     };
-    let mut device = in_hand(&limits, hand, self::body());
-    let mut controller = Controller::new(law(300.0), chain());
+    let mut device = in_hand(&limits, hand, mass());
+    let mut controller = Controller::new(law(300.0), law_chain());
     let mut engaged = controller.engage(&mut device);
     for tick in 0..20_000 {
         let place = 0.05 * libm::sin(0.01 * f64::from(tick));
@@ -194,19 +188,13 @@ impl MovingDevice<f64, 1> for Breaking {
 #[test]
 fn a_robot_that_cannot_sense_brakes_and_one_that_cannot_be_commanded_is_let_go() {
     for (senses, commands) in [(150, 1000), (1000, 150)] {
-        let robot = SimulatedRobot::new(super::robot(RobotHand::relaxed())).expect("in range");
         let mut robot = Breaking {
-            robot,
+            robot: made(robot(RobotHand::relaxed())),
             senses,
             commands,
             let_go: 0,
         };
-        let chain = MotionChain::new(&limits(), T).expect("in range");
-        let mut device = Admittance::new(&mut robot, body(), chain);
-        for _ in 0..100 {
-            device.rest().expect("rests");
-        }
-        device.arm().expect("may be armed");
+        let mut device = admittance(&limits(), &mut robot, mass());
         device.robot_mut().robot.set_hand_force(vector![5.0]);
         let mut moved = 0.0;
         let error = loop {
@@ -238,8 +226,8 @@ fn a_robot_that_cannot_sense_brakes_and_one_that_cannot_be_commanded_is_let_go()
 
 #[test]
 fn a_guard_whose_premise_is_a_device_that_damps_is_refused() {
-    let device = in_hand(&limits(), RobotHand::relaxed(), body());
-    device.accepts(&chain()).expect("no guard");
+    let device = in_hand(&limits(), RobotHand::relaxed(), mass());
+    device.accepts(&law_chain()).expect("no guard");
     let guard = EnergyBounding::of(NewtonSecondsPerMetre(3.5));
     let guarded = SafetyLimits {
         guard: Some(PassivityGuard::EnergyBounding(guard)),

@@ -1,6 +1,7 @@
 //! The simulated robot against fine integration and closed forms.
 
 use super::*;
+use crate::plant_parameters::{Change, refuses};
 
 const HAND: RobotHand = RobotHand {
     mass: Kilograms(1.5),
@@ -30,6 +31,10 @@ pub(super) fn safe<const D: usize>(velocity: SVector<f64, D>) -> SafeMotion<f64,
     chain.apply(&mut state, &velocity).0
 }
 
+fn shown(robot: &mut SimulatedRobot<1>) -> MotionReading<f64, 1> {
+    robot.sense().expect("infallible")
+}
+
 /// Commands, m/s, and places of the hand, m, that change now and then.
 fn command(tick: usize) -> f64 {
     0.1 * libm::sin((tick / 7) as f64)
@@ -46,7 +51,7 @@ fn a_robot_in_a_hand_is_the_solution_of_its_equations_whatever_the_dead_time() {
             dead_time: Seconds(samples * T.0),
             ..robot(HAND)
         };
-        let mut have = SimulatedRobot::<1>::new(config).expect("in range");
+        let mut have = made(config);
         let (omega, cutoff) = (std::f64::consts::TAU * 10.0, std::f64::consts::TAU * 30.0);
         // (x, v, v̇, two lags) by Runge and Kutta, in 400 pieces a sample, which end where a command begins to act.
         const PIECES: usize = 400;
@@ -79,7 +84,7 @@ fn a_robot_in_a_hand_is_the_solution_of_its_equations_whatever_the_dead_time() {
                     y[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
                 }
             }
-            let sensed: MotionReading<f64, 1> = have.sense().expect("infallible");
+            let sensed = shown(&mut have);
             // (ω·h)⁴ is 1e-12 of these numbers.
             assert_close("x", sensed.position_m[0], y[0], 1e-12);
             assert_close("v", have.velocity()[0], y[1], 1e-11);
@@ -91,42 +96,11 @@ fn a_robot_in_a_hand_is_the_solution_of_its_equations_whatever_the_dead_time() {
 }
 
 #[test]
-fn the_force_that_is_sensed_has_the_response_that_theory_has() {
-    // L(e^(−jθ)) at θ = 0.1 in a hand of 500 N/m, force of the hand over velocity: Σ (f[n] − f[n−1])·wⁿ/(1 − w), as f stays after one sample of motion.
-    let hand = RobotHand {
-        stiffness: NewtonsPerMetre(500.0),
-        ..HAND
-    };
-    let mut robot = SimulatedRobot::<1>::new(super::robot(hand)).expect("in range");
-    let (mut sum, mut last) = ([0.0; 2], 0.0);
-    for n in 0..2000 {
-        let reading: MotionReading<f64, 1> = robot.sense().expect("infallible");
-        let change = -reading.sensed_force_n[0] - last;
-        last += change;
-        let angle = 0.1 * f64::from(n);
-        sum[0] += change * libm::cos(angle);
-        sum[1] -= change * libm::sin(angle);
-        robot
-            .command(safe(vector![if n == 0 { 1.0 } else { 0.0 }]))
-            .expect("infallible");
-    }
-    let (re, im) = (1.0 - libm::cos(0.1), libm::sin(0.1));
-    let size = re * re + im * im;
-    let response = [
-        (sum[0] * re + sum[1] * im) / size,
-        (sum[1] * re - sum[0] * im) / size,
-    ];
-    assert_close("re", response[0], 33.851_565_87, 1e-7);
-    assert_close("im", response[1], -33.934_471_37, 1e-7);
-}
-
-#[test]
 fn a_loop_of_first_order_by_its_states_is_its_exponential_on_each_axis() {
     let (mut a, mut b, mut c) = (SMatrix::zeros(), SVector::zeros(), SVector::zeros());
     (a[(0, 0)], b[0], c[0]) = (-50.0, 50.0, 1.0);
     let motion = RobotLoop { a, b, c };
-    let mut robot =
-        SimulatedRobot::<3>::new(SimulatedRobotConfig::of(T, motion, HAND)).expect("in range");
+    let mut robot = made::<3>(SimulatedRobotConfig::of(T, motion, HAND));
     let speeds = vector![0.1, -0.2, 0.3];
     for tick in 1..=200 {
         robot.command(safe(speeds)).expect("infallible");
@@ -151,11 +125,11 @@ fn the_sensor_has_its_range_counts_noise_and_each_trouble() {
         sensor_resolution: Newtons(0.5),
         ..robot(RobotHand::relaxed())
     };
-    let mut robot = SimulatedRobot::<1>::new(config).expect("in range");
+    let mut robot = made(config);
     let mut show = |force: f64, trouble: Option<SensorTrouble>| {
         robot.set_hand_force(vector![force]);
         robot.set_trouble(trouble);
-        let reading: MotionReading<f64, 1> = robot.sense().expect("infallible");
+        let reading = shown(&mut robot);
         robot
             .command(SafeMotion::<f64, 1>::zero())
             .expect("infallible");
@@ -180,13 +154,9 @@ fn the_sensor_has_its_range_counts_noise_and_each_trouble() {
         ..config
     };
     let record = |seed| {
-        let mut robot =
-            SimulatedRobot::<1>::new(SimulatedRobotConfig { seed, ..noisy }).expect("in range");
-        let shown = (0..4000).map(|_| {
-            let reading: MotionReading<f64, 1> = robot.sense().expect("infallible");
-            reading.sensed_force_n[0]
-        });
-        shown.collect::<Vec<f64>>()
+        let mut robot = made(SimulatedRobotConfig { seed, ..noisy });
+        let forces = (0..4000).map(|_| shown(&mut robot).sensed_force_n[0]);
+        forces.collect::<Vec<f64>>()
     };
     let noise = record(1);
     let deviation = libm::sqrt(noise.iter().map(|n| n * n).sum::<f64>() / 4000.0);
@@ -198,24 +168,20 @@ fn the_sensor_has_its_range_counts_noise_and_each_trouble() {
 
 #[test]
 fn a_robot_without_sense_is_refused() {
-    let refused = |change: &dyn Fn(&mut SimulatedRobotConfig), words| {
-        let mut config = robot(HAND);
-        change(&mut config);
-        assert_refused(SimulatedRobot::<1>::new(config), words);
-    };
-    refused(&|it| it.dead_time = Seconds(0.2), "dead time 0.2 s");
-    refused(&|it| it.sensor_lags = 5, "lags of the force sensor 5");
-    refused(&|it| it.hand.mass = Kilograms(-1.0), "hand mass -1");
-    refused(
-        &|it| it.sensor_range = Newtons(0.0),
-        "range of the force sensor",
-    );
-    assert_refused(
-        RobotLoop::second_order(Hertz(0.0), 0.8),
-        "natural frequency",
-    );
-    assert_refused(
-        RobotLoop::second_order(Hertz(10.0), f64::NAN),
-        "damping ratio",
-    );
+    let changes: [(Change<SimulatedRobotConfig>, &str); 4] = [
+        (|it| it.dead_time = Seconds(0.2), "dead time 0.2 s"),
+        (|it| it.sensor_lags = 5, "lags of the force sensor 5"),
+        (|it| it.hand.mass = Kilograms(-1.0), "hand mass -1"),
+        (
+            |it| it.sensor_range = Newtons(0.0),
+            "range of the force sensor",
+        ),
+    ];
+    refuses(robot(HAND), &changes, SimulatedRobot::<1>::new);
+    for (frequency, ratio, words) in [
+        (0.0, 0.8, "natural frequency"),
+        (10.0, f64::NAN, "damping ratio"),
+    ] {
+        assert_refused(RobotLoop::second_order(Hertz(frequency), ratio), words);
+    }
 }

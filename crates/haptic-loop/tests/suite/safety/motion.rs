@@ -1,7 +1,7 @@
 //! Limits of place and speed: braked in the soft zone, a fault beyond the hard end.
 
-use super::{BARE, T, chain, workspace};
-use crate::{apply, spring};
+use super::{T, chain, workspace};
+use crate::{BARE, apply, spring};
 use fracdiff::Seconds;
 use haptic_loop::units::{Hertz, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons};
 use haptic_loop::{
@@ -46,7 +46,11 @@ fn brakes_in_the_soft_zone<const D: usize>(axis: usize) {
     let mut on_one = [wide; 3];
     on_one[axis] = on_all.workspace.expect("is on");
     let on_one = SafetyLimits {
-        workspace: None,
+        // The box goes before it.
+        workspace: Some(Workspace {
+            high: Metres(-8.0),
+            ..wide
+        }),
         workspace_box: Some(on_one),
         ..on_all
     };
@@ -220,7 +224,7 @@ fn a_device_moved_while_nothing_ran_is_not_too_fast_after_clear() {
         ))),
         ..SafetyLimits::default()
     });
-    let mut state = SafetyState::<f64, 1>::default();
+    let mut state = SafetyState::default();
     apply(&chain, &mut state, 0.0, 0.0);
     apply(&chain, &mut state, 1e-4, 0.0);
     assert!(state.observed_energy_j() > 0.0);
