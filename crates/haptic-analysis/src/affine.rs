@@ -72,3 +72,17 @@ impl<const N: usize> Ways<N> {
         sum(&self.travel).min(by_bend)
     }
 }
+
+/// Bounds of Σ `c_i`·`t_i` from those of its terms.
+pub(crate) fn weighted<const N: usize>(terms: &[Bounds; N], coefficients: &[f64; N]) -> Bounds {
+    let sum = |of: fn(&Bounds) -> f64| {
+        let terms = terms.iter().zip(coefficients);
+        terms.fold(0.0, |sum, (term, c)| sum + product(*c, of(term)))
+    };
+    Bounds {
+        size: sum(|bounds| bounds.size),
+        rate: sum(|bounds| bounds.rate),
+        bend: sum(|bounds| bounds.bend),
+        travel: sum(|bounds| bounds.travel),
+    }
+}

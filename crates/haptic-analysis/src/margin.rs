@@ -1,8 +1,9 @@
 //! Distance of a stable loop from the edge: gain margins, delay margin, sensitivity.
 
+use crate::affine::weighted;
 use crate::characteristic::{Characteristic, Node};
 use crate::{AnalysisError, SampledLoop};
-use certified_count::{AtAngle, Bounds, Jet, LoopTerms, OpenLoop, Peak, product};
+use certified_count::{AtAngle, Bounds, Jet, LoopTerms, OpenLoop, Peak};
 use core::f64::consts::PI;
 use num_complex::Complex;
 
@@ -75,27 +76,14 @@ impl SampledLoop<'_> {
     #[must_use]
     pub fn stable_factors(&self, [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
         let crossings = Open(self).gain_crossings().into_iter();
-        let inside = crossings
-            .map(|at| at.value)
-            .filter(|at| low < *at && *at < high);
-        let mut ends: Vec<f64> = inside.chain([low, high]).collect();
-        ends.sort_by(f64::total_cmp);
-        let mut stable: Vec<[f64; 2]> = Vec::new();
-        for pair in ends.windows(2) {
-            let factor = (pair[0] * pair[1]).sqrt();
+        stable_between(crossings.map(|at| at.value), [low, high], |factor| {
             let scaled = Self {
                 alpha: factor * self.alpha,
                 beta: factor * self.beta,
                 ..*self
             };
-            match stable.last_mut() {
-                _ if !scaled.is_stable() => {}
-                // A crossing that only touches bounds nothing.
-                Some(last) if last[1] >= pair[0] => last[1] = pair[1],
-                Some(_) | None => stable.push([pair[0], pair[1]]),
-            }
-        }
-        stable
+            scaled.is_stable()
+        })
     }
 
     pub(crate) fn gain_margins(&self) -> (Option<AtAngle>, Option<AtAngle>) {
@@ -116,6 +104,32 @@ impl SampledLoop<'_> {
     pub fn loop_gain(&self, theta: f64) -> Complex<f64> {
         Open(self).terms(theta).gain()
     }
+}
+
+/// The values between these two, from 0 on, at which something is stable, as intervals that rise: it changes at crossings alone.
+pub(crate) fn stable_between(
+    crossings: impl Iterator<Item = f64>,
+    [low, high]: [f64; 2],
+    is_stable: impl Fn(f64) -> bool,
+) -> Vec<[f64; 2]> {
+    let inside = crossings.filter(|at| low < *at && *at < high);
+    let mut ends: Vec<f64> = inside.chain([low, high]).collect();
+    ends.sort_by(f64::total_cmp);
+    let mut stable: Vec<[f64; 2]> = Vec::new();
+    for pair in ends.windows(2) {
+        let middle = if pair[0] > 0.0 {
+            libm::sqrt(pair[0] * pair[1])
+        } else {
+            0.5 * pair[1]
+        };
+        match stable.last_mut() {
+            _ if !is_stable(middle) => {}
+            // A crossing that only touches bounds nothing.
+            Some(last) if last[1] >= pair[0] => last[1] = pair[1],
+            Some(_) | None => stable.push([pair[0], pair[1]]),
+        }
+    }
+    stable
 }
 
 /// A·D and S·(αD + βN) of a loop: GH is their ratio, F·D their sum.
@@ -144,15 +158,7 @@ impl OpenLoop for Open<'_, '_> {
 
     fn bounds(&self, a: &LoopTerms<Node>, b: &LoopTerms<Node>) -> [Bounds; 2] {
         let [plant, stiff, fractional] = self.0.characteristic.bounds(&a.node, &b.node);
-        let sum = |bound: fn(&Bounds) -> f64| {
-            product(self.0.alpha, bound(&stiff)) + product(self.0.beta, bound(&fractional))
-        };
-        let feedback = Bounds {
-            size: sum(|bounds| bounds.size),
-            rate: sum(|bounds| bounds.rate),
-            bend: sum(|bounds| bounds.bend),
-            travel: sum(|bounds| bounds.travel),
-        };
+        let feedback = weighted(&[stiff, fractional], &[self.0.alpha, self.0.beta]);
         [plant, feedback]
     }
 

@@ -4,8 +4,10 @@ use super::closed::{AdmittanceLoop, AdmittanceNumber};
 use super::robot::Robot;
 use super::terms::{Family, Node, TERMS};
 use crate::AnalysisError;
+use crate::affine::weighted;
+use crate::margin::stable_between;
 use certified_count::{
-    AtAngle, Bounds, Jet, Late, LoopTerms, OpenLoop, Peak, Unknown, delay_margin, product,
+    AtAngle, Bounds, Jet, Late, LoopTerms, OpenLoop, Peak, Unknown, delay_margin,
 };
 use core::f64::consts::PI;
 
@@ -91,18 +93,7 @@ impl OpenLoop for Split<'_, '_> {
 
     fn bounds(&self, a: &LoopTerms<Node>, b: &LoopTerms<Node>) -> [Bounds; 2] {
         let terms = self.family.bounds(&a.node, &b.node);
-        [&self.below, &self.above].map(|coefficients| {
-            let sum = |of: fn(&Bounds) -> f64| {
-                let terms = terms.iter().zip(coefficients);
-                terms.fold(0.0, |sum, (term, c)| sum + product(*c, of(term)))
-            };
-            Bounds {
-                size: sum(|bounds| bounds.size),
-                rate: sum(|bounds| bounds.rate),
-                bend: sum(|bounds| bounds.bend),
-                travel: sum(|bounds| bounds.travel),
-            }
-        })
+        [&self.below, &self.above].map(|coefficients| weighted(&terms, coefficients))
     }
 
     fn least(&self) -> f64 {
@@ -133,26 +124,11 @@ impl AdmittanceLoop<'_> {
         let unit = self.family.units()[number.index()];
         let crossings = Split::one(self, number.index());
         let crossings = crossings.crossings().into_iter().map(|at| at / unit);
-        let inside = crossings.filter(|at| low < *at && *at < high);
-        let mut ends: Vec<f64> = inside.chain([low, high]).collect();
-        ends.sort_by(f64::total_cmp);
-        let mut stable: Vec<[f64; 2]> = Vec::new();
-        for pair in ends.windows(2) {
-            let middle = if pair[0] > 0.0 {
-                libm::sqrt(pair[0] * pair[1])
-            } else {
-                0.5 * pair[1]
-            };
+        stable_between(crossings, [low, high], |value| {
             let mut coefficients = self.coefficients;
-            coefficients[number.index()] = middle * unit;
-            match stable.last_mut() {
-                _ if !self.family.verdict(&coefficients).stable => {}
-                // A crossing that only touches bounds nothing.
-                Some(last) if last[1] >= pair[0] => last[1] = pair[1],
-                Some(_) | None => stable.push([pair[0], pair[1]]),
-            }
-        }
-        stable
+            coefficients[number.index()] = value * unit;
+            self.family.verdict(&coefficients).stable
+        })
     }
 
     /// All margins. *Cost*: some thousand values of F, most of them for the dead time.

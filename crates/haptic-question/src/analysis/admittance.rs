@@ -65,25 +65,22 @@ impl MovingDevice {
         progress: &(dyn Fn(u64) + Sync),
         stop: &AtomicBool,
     ) -> Result<Analysed, Failure> {
-        let found = match self.body {
-            None => Some(bodies(&self.around, self.hand_margin, progress, stop)?),
-            Some(_) => None,
+        let judged = |body| {
+            let judged = Judged {
+                around: &self.around,
+                body,
+                frequencies_hz: &self.frequencies_hz,
+            };
+            judged.answer(&self.asked)
         };
-        let given = self.body.as_ref();
-        let Some(body) = given.or_else(|| found.as_ref().map(Best::body)) else {
-            return Err(Failure::bad_input("no body is asked for"));
-        };
-        let judged = Judged {
-            around: &self.around,
-            body,
-            frequencies_hz: &self.frequencies_hz,
-        };
-        let mut answer = judged.answer(&self.asked)?;
-        if let Some(found) = found {
-            answer.report.extend(found.rows());
-            if let Some(Drawn::Admittance { bodies, .. }) = &mut answer.drawn {
-                *bodies = found.points();
-            }
+        if let Some(body) = &self.body {
+            return judged(body);
+        }
+        let found = bodies(&self.around, self.hand_margin, progress, stop)?;
+        let mut answer = judged(found.body())?;
+        answer.report.extend(found.rows());
+        if let Some(Drawn::Admittance { bodies, .. }) = &mut answer.drawn {
+            *bodies = found.points();
         }
         Ok(answer)
     }
