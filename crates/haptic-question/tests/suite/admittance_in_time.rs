@@ -1,6 +1,8 @@
 //! The analysis of a robot that moves, against its motion: what is stable decays and what is not grows, at 3 % beside the border; and no
 //! member of a box that is proved grows.
 
+use core::f64::consts::TAU;
+use fracdiff::num_complex::Complex;
 use fracdiff::{Order, Scheme, Seconds, scheme::Operator};
 use haptic_analysis::{
     AdmittanceBody, AdmittanceBox, AdmittanceLoop, AdmittanceNumber, AdmittanceWorld, ForceFilter,
@@ -18,6 +20,8 @@ use testkit::{Random, cases};
 /// Samples that a full memory is designed for, and most that are simulated.
 const HORIZON: f64 = 1e5;
 const SAMPLES: usize = 40_000;
+
+type Moving = Admittance<f64, 1, Operator<f64>, SimulatedRobot<1>>;
 
 /// A robot, a body and a world, drawn at random.
 #[derive(Clone, Copy, Debug)]
@@ -88,8 +92,8 @@ impl Drawn {
         )
     }
 
-    /// The share by which the motion after a tap changes over the last half of the run; below 1 it decays.
-    fn growth(&self, hand: HandImpedance, samples: usize) -> f64 {
+    /// The body on its robot in a hand, armed, within limits that no linear motion of this size meets.
+    fn armed(&self, hand: HandImpedance) -> Moving {
         let t = Seconds(self.t);
         let motion = RobotLoop::second_order(Hertz(self.bandwidth_hz), self.damping_ratio);
         let held = RobotHand {
@@ -108,7 +112,6 @@ impl Drawn {
         let (runs, _) = self.operators();
         let body = VirtualBody::new(self.inertance, NewtonSecondsPerMetre(self.damping), runs)
             .expect("a body");
-        // Limits that no linear motion of this size meets.
         let limits = MotionLimits {
             following: Metres(1e3),
             hand_energy: None::<Joules>,
@@ -128,6 +131,36 @@ impl Drawn {
             device.rest().expect("a reading");
         }
         device.arm().expect("at rest");
+        device
+    }
+
+    /// Force over velocity at the handle, N·s/m, of a hand that pushes at this many periods in so many samples.
+    fn felt(&self, hand: HandImpedance, periods: u32, samples: u32) -> Complex<f64> {
+        let mut device = self.armed(hand);
+        let mut velocity = Complex::new(0.0, 0.0);
+        // The last of many windows, when the start has died away.
+        const WINDOWS: u32 = 30;
+        let step = TAU * f64::from(periods) / f64::from(samples);
+        for n in 0..WINDOWS * samples {
+            let turn = step * f64::from(n % samples);
+            device.robot_mut().set_hand_force([turn.cos()].into());
+            let x = read(&mut device).position_m[0];
+            if n >= (WINDOWS - 1) * samples {
+                let turned = Complex::from_polar(2.0 / f64::from(samples), -turn);
+                velocity += turned * device.robot().velocity()[0];
+            }
+            write(&mut device, -self.spring * x);
+        }
+        // The push is held over a sample; the hand takes what it needs for its own motion.
+        let held = Complex::from_polar((0.5 * step).sin() / (0.5 * step), -0.5 * step);
+        let s = Complex::new(0.0, step / self.t);
+        let own = s * hand.mass_kg + hand.damping_n_s_per_m + hand.stiffness_n_per_m / s;
+        held / velocity - own
+    }
+
+    /// The share by which the motion after a tap changes over the last half of the run; below 1 it decays.
+    fn growth(&self, hand: HandImpedance, samples: usize) -> f64 {
+        let mut device = self.armed(hand);
         // A tap of a micronewton: growth stays linear for long.
         let mut largest = [0.0_f64; 2];
         for n in 0..samples {
@@ -166,13 +199,7 @@ fn what_is_stable_decays_and_what_is_not_grows() {
     while told + unresolved.len() < count {
         let drawn = Drawn::at(&mut random);
         let (_, operator) = drawn.operators();
-        let spring = LoopOperator::new(
-            Scheme::Exact,
-            Order::new(0.0).expect("0"),
-            Seconds(drawn.t),
-            1.0,
-        )
-        .expect("a spring");
+        let spring = spring_operator(drawn.t);
         let robot = drawn.robot();
         let body = AdmittanceBody {
             inertance_n_s_alpha_per_m: drawn.inertance,
@@ -237,13 +264,7 @@ fn no_member_of_a_box_that_is_proved_is_unstable() {
     while proved < count {
         let drawn = Drawn::at(&mut random);
         let (_, operator) = drawn.operators();
-        let spring = LoopOperator::new(
-            Scheme::Exact,
-            Order::new(0.0).expect("0"),
-            Seconds(drawn.t),
-            1.0,
-        )
-        .expect("a spring");
+        let spring = spring_operator(drawn.t);
         let robot = drawn.robot();
         let body = AdmittanceBody {
             inertance_n_s_alpha_per_m: drawn.inertance,
@@ -320,4 +341,72 @@ fn no_member_of_a_box_that_is_proved_is_unstable() {
         }
     }
     println!("{count} boxes; the least share of what their members allow: {smallest}");
+}
+
+#[test]
+fn the_hand_feels_the_impedance_that_is_displayed() {
+    let hand = HandImpedance {
+        mass_kg: 1.5,
+        damping_n_s_per_m: 20.0,
+        stiffness_n_per_m: 100.0,
+    };
+    // The robot of theory 39 with a body that bears this hand, in free space and at walls.
+    for (order, inertance, damping, spring) in [
+        (0.7, 4.0, 0.5, 0.0),
+        (0.7, 4.0, 0.5, 1000.0),
+        (1.0, 4.0, 10.0, 0.0),
+        (1.0, 4.0, 10.0, 300.0),
+    ] {
+        let drawn = Drawn {
+            t: 2e-3,
+            bandwidth_hz: 10.0,
+            damping_ratio: 0.8,
+            dead_time_s: 4e-3,
+            filter: ForceFilter {
+                cutoff_hz: 30.0,
+                lags: 2,
+            },
+            order,
+            inertance,
+            damping,
+            hand,
+            spring,
+        };
+        let (robot, (_, operator), none) =
+            (drawn.robot(), drawn.operators(), spring_operator(2e-3));
+        let world = AdmittanceWorld {
+            stiffness_n_per_m: spring,
+            dissipation_n_s_mu_per_m: 0.0,
+            operator: &none,
+            delay_samples: 0,
+        };
+        let body = AdmittanceBody {
+            inertance_n_s_alpha_per_m: inertance,
+            damping_n_s_per_m: damping,
+            operator: &operator,
+        };
+        let subject = AdmittanceLoop::new(&robot, body, hand, Some(world)).expect("in range");
+        assert!(subject.verdict().stable, "{drawn:?}");
+        // 1 Hz and 3 Hz: what the hand feels, and by how much that is not what the law renders.
+        for (periods, samples) in [(1, 500), (3, 500)] {
+            let omega = TAU * f64::from(periods) / f64::from(samples) / 2e-3;
+            let felt = drawn.felt(hand, periods, samples);
+            let said = subject.displayed_impedance(omega).expect("in range");
+            let ideal = subject.virtual_impedance(omega).expect("in range");
+            let [have, want] = [felt, said].map(|z| (z / ideal - 1.0).norm());
+            assert!(
+                (felt / said - 1.0).norm() < 0.01,
+                "{drawn:?}, {periods}: {felt} {said}"
+            );
+            assert!(
+                (have / want - 1.0).abs() < 0.03,
+                "{drawn:?}, {periods}: {have} {want}"
+            );
+        }
+    }
+}
+
+fn spring_operator(t: f64) -> LoopOperator {
+    let order = Order::new(0.0).expect("0");
+    LoopOperator::new(Scheme::Exact, order, Seconds(t), 1.0).expect("a spring")
 }
