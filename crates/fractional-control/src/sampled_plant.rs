@@ -21,6 +21,8 @@ use std::vec;
 use std::vec::Vec;
 
 /// Above over below of it on the circle.
+/// Parts of a sample in which a function behind factors runs.
+const PARTS: u32 = 16;
 const PLANT: &str = "gain of the plant over a sample";
 pub(crate) const DELAY_MAX: f64 = 10_000.0;
 
@@ -67,6 +69,8 @@ pub struct HeldPlant {
     memory_s: Option<f64>,
     /// Response of a plant that follows a rule, computed without the rule.
     held: Option<HeldResponse>,
+    /// The plant in parts of a sample, which runs in its place.
+    finer: Option<Box<Self>>,
     sample_time: Seconds,
 }
 
@@ -138,7 +142,9 @@ impl HeldPlant {
             Model::Measured(_) => return Err(ControlError::Measured),
         };
         if !plant.factors().is_empty() {
-            return Self::behind_factors(plant, function, memory, delay, h, sample_time);
+            let held =
+                Self::behind_factors(plant, function, memory, [delay as f64, h], sample_time)?;
+            return Ok(held.finer(plant, function, memory, samples));
         }
         if let Some((states, direct)) = StateSpace::of_function(function) {
             let integrators = function.denominator().lowest();
@@ -159,6 +165,7 @@ impl HeldPlant {
             memory_s: curve.remembers().then_some(memory.horizon_s()),
             held: HeldResponse::new(plant, sample_time.0),
             curve,
+            finer: None,
             sample_time,
         })
     }
@@ -167,8 +174,7 @@ impl HeldPlant {
         plant: &Plant,
         function: &FractionalTransferFunction,
         memory: PowerMemory,
-        delay: usize,
-        h: f64,
+        [delay, h]: [f64; 2],
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let (factors, silent) = HeldFactors::new(plant.factors(), sample_time.0, h);
@@ -181,7 +187,7 @@ impl HeldPlant {
             "at most 10000 {}: sample more slowly",
             "samples",
         )?;
-        let delay = delay + silent as usize;
+        let delay = delay as usize + silent as usize;
         let curve = transfer_fraction(function, memory, sample_time)?;
         let remembers = curve.remembers() || plant.factors().remembers(sample_time.0);
         let above = Sum(factors.times(&curve.above.0)).with(&Factor::Delay(delay));
@@ -204,8 +210,28 @@ impl HeldPlant {
             held: (!is_number || plant.factors().share_at(PI / sample_time.0) < LEFT)
                 .then(|| HeldResponse::new(plant, sample_time.0))
                 .flatten(),
+            finer: None,
             sample_time,
         })
+    }
+
+    /// Runs a function behind factors in parts of a sample, over which the command is held: only what is between the two follows the rule.
+    fn finer(
+        mut self,
+        plant: &Plant,
+        function: &FractionalTransferFunction,
+        memory: PowerMemory,
+        samples: f64,
+    ) -> Self {
+        if matches!(self.kind, Kind::Factors(_, Behind::Transfer(_))) {
+            let late = samples * f64::from(PARTS);
+            let late = [libm::floor(late), late - libm::floor(late)];
+            let part = Seconds(self.sample_time.0 / f64::from(PARTS));
+            // Diffusion that arrives after too many parts is left to whole samples.
+            let finer = Self::behind_factors(plant, function, memory, late, part);
+            self.finer = finer.ok().map(Box::new);
+        }
+        self
     }
 
     fn in_states(
@@ -231,6 +257,7 @@ impl HeldPlant {
             },
             memory_s: None,
             held: None,
+            finer: None,
             sample_time,
         })
     }
@@ -274,6 +301,9 @@ impl HeldPlant {
     /// A plant that always was at rest.
     #[must_use]
     pub fn at_rest(&self) -> PlantState {
+        if let Some(finer) = &self.finer {
+            return finer.at_rest();
+        }
         PlantState {
             kind: match &self.kind {
                 Kind::Transfer(running) => KindState::Transfer(Box::new(running.at_rest())),
@@ -309,6 +339,9 @@ impl HeldPlant {
     /// The output of now, for the command of now.
     #[must_use]
     pub fn output(&self, state: &PlantState, command: f64) -> f64 {
+        if let Some(finer) = &self.finer {
+            return finer.output(state, command);
+        }
         match (&self.kind, &state.kind) {
             (Kind::Transfer(running), KindState::Transfer(inner)) => {
                 running.output(inner, self.held(state, command))
@@ -343,6 +376,12 @@ impl HeldPlant {
 
     /// Takes the command of now in.
     pub fn advance(&self, state: &mut PlantState, command: f64) {
+        if let Some(finer) = &self.finer {
+            for _ in 0..PARTS {
+                finer.advance(state, command);
+            }
+            return;
+        }
         let held = self.held(state, command);
         let late = |lag: usize| match lag {
             0 => command,

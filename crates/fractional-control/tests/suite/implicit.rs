@@ -163,6 +163,19 @@ fn a_step_is_that_of_the_golden_values() {
 
 /// The sum over the aliases behind a hold against the decays in time, of one function that is written in two ways.
 #[test]
+fn a_function_behind_a_factor_is_run_in_parts_of_a_slow_sample() {
+    // 1/(s^2+0.2s+1)/(s+1)^0.5 after 1 s and 2 s, by quadrature and by Talbot's contour, at some 60 and 12 samples a period.
+    let swings = plant("1/(s^2+0.2s+1)/(s+1)^0.5");
+    for (t, most) in [(0.1, 2e-4), (0.5, 2e-3)] {
+        let held = held(&swings, bdf2(1e-9, 1e6 * t), t);
+        for (second, want) in [(1.0, 0.23343), (2.0, 0.90833)] {
+            let samples = libm::round(second / t) as usize;
+            assert_close("output", step(&held, samples), want, most);
+        }
+    }
+}
+
+#[test]
 fn two_ways_to_the_plant_behind_its_hold_agree() {
     for (t, text) in [
         (0.1, "exp(-sqrt(3s))"),

@@ -236,9 +236,9 @@ impl Judged<'_> {
             ),
             "stable_springs_n_per_m": stable,
             "stable_springs_reason": if stable.is_empty() {
-                "in the worst hand no spring is stable"
+                "in the hand of the picture no spring is stable"
             } else {
-                "from and to, in the worst hand"
+                "from and to, in the hand of the picture"
             },
         }))
     }
@@ -292,6 +292,7 @@ impl Judged<'_> {
             "flat_effort_n_s_per_m": effort(EffortWeight::Flat)?,
             "command_noise": free.command_noise(),
             "command_noise_unit": "m/s per N",
+            "command_noise_reason": "at half the sample rate",
             "felt_error_at_1hz": off(1.0)?,
             "felt_error_at_3hz": off(3.0)?,
             "passive": active.map(|_| false),

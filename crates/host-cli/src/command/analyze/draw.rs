@@ -128,9 +128,11 @@ fn best_bodies(bodies: &[BodyPoint]) -> [Panel<'static>; 2] {
         panel("effort", "rms of |F/v| / N·s·m⁻¹", |body| {
             body.effort_n_s_per_m
         }),
-        panel("noise", "command / m·s⁻¹·N⁻¹", |body| {
-            body.command_noise
-        }),
+        panel(
+            "noise at half the sample rate",
+            "command / m·s⁻¹·N⁻¹",
+            |body| body.command_noise,
+        ),
     ]
 }
 
