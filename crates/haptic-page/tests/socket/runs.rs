@@ -13,7 +13,7 @@ use testkit::{assert_close, assert_says};
 fn an_experiment_is_started_from_a_form_watched_and_stopped() {
     let (runs, _server, mut page) = opened();
     let forms = page.ask("runs.forms", json!({}));
-    assert_eq!(forms["forms"].as_array().map(Vec::len), Some(18));
+    assert_eq!(forms["forms"].as_array().map(Vec::len), Some(19));
     let much = "above 0 and at most 1";
     refuses(&mut page, "relax", json!({"strain": 5}), much);
     let healthy = json!({"duration_s": 3, "tissue": "prostate-healthy"});
