@@ -18,9 +18,10 @@
 
 use super::limits::MotionLimits;
 use super::state::{AtRest, MotionFault, MotionStartRefused, MotionState, Rest};
-use super::{MotionReading, SafeMotion, clamp, finite, largest, norm, square};
+use super::{MotionReading, SafeMotion, finite};
 use crate::error::{Checks, LoopParameterError};
 use crate::safety::Limiters;
+use crate::safety::clamps::{clamp, largest, norm, square};
 use crate::units::{Metres, Seconds};
 use core::array;
 use fracdiff::Real;

@@ -1,6 +1,6 @@
 //! The state of a motion chain, and why it stands still.
 
-use super::norm;
+use crate::safety::clamps::norm;
 use fracdiff::Real;
 use fracdiff::parameter::Shown;
 use nalgebra::SVector;

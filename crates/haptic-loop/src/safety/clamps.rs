@@ -266,7 +266,7 @@ fn at_most_1e9(what: &'static str, force: f64, checks: &mut Checks) {
 }
 
 #[inline]
-fn square<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
+pub(crate) fn square<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
     let mut sum = F::ZERO;
     for &axis in vector {
         sum += axis * axis;
@@ -274,8 +274,9 @@ fn square<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
     sum
 }
 
+/// The largest size of an axis; one that is no number is left out.
 #[inline]
-fn largest<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
+pub(crate) fn largest<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
     let mut largest = F::ZERO;
     for axis in vector {
         if axis.abs() > largest {
@@ -287,7 +288,7 @@ fn largest<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
 
 /// The Euclidean norm, without a square that overflows.
 #[inline]
-fn norm<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
+pub(crate) fn norm<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
     let largest = largest(vector);
     if D == 1 || largest <= F::ZERO {
         return largest;
@@ -300,7 +301,7 @@ fn norm<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
     largest * squares.sqrt()
 }
 
-pub(super) fn clamp<F: Real>(value: F, low: F, high: F) -> F {
+pub(crate) fn clamp<F: Real>(value: F, low: F, high: F) -> F {
     if value < low {
         low
     } else if value > high {

@@ -16,7 +16,7 @@
 //! - *Start-up*: zero force. *Cost*: some twenty operations per axis with everything on, a few comparisons
 //!   without; at most two square roots and three divisions; no allocation, no panic.
 
-mod clamps;
+pub(crate) mod clamps;
 mod force;
 mod limits;
 mod motion;
