@@ -130,19 +130,28 @@ pub trait OpenLoop {
     fn bounds(&self, a: &LoopTerms<Self::Node>, b: &LoopTerms<Self::Node>) -> [Bounds; 2];
 
     /// Crossings nearer to rest than this are not looked for, rad/sample.
-    fn least(&self) -> f64;
+    fn least(&self) -> f64 {
+        1e-6
+    }
 
     /// Angles with which the search for a peak begins, in order.
     fn angles(&self) -> Vec<f64>;
 
     /// Angles beside the zeros at which L may be real: those at which it has to be.
-    fn ends(&self) -> Vec<f64>;
+    fn ends(&self) -> Vec<f64> {
+        vec![0.0, PI]
+    }
 
     /// The width of an interval at this angle that is not halved.
-    fn narrow(&self, theta: f64) -> f64;
+    fn narrow(&self, theta: f64) -> f64 {
+        let _ = theta;
+        1e-12
+    }
 
     /// Rounding error of f, as a share of what it is the difference of. A loop that rests at |L| = 1 crosses it by rounding only.
-    fn noise(&self) -> f64;
+    fn noise(&self) -> f64 {
+        0.0
+    }
 
     /// Every g > 0 with 1 + g·L = 0 on the circle.
     fn gain_crossings(&self) -> Vec<AtAngle> {

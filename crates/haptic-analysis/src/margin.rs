@@ -4,7 +4,6 @@ use crate::affine::weighted;
 use crate::characteristic::{Characteristic, Node};
 use crate::{AnalysisError, SampledLoop};
 use certified_count::{AtAngle, Bounds, Jet, LoopTerms, OpenLoop, Peak};
-use core::f64::consts::PI;
 use num_complex::Complex;
 
 /// The margins of a stable loop.
@@ -162,23 +161,7 @@ impl OpenLoop for Open<'_, '_> {
         [plant, feedback]
     }
 
-    fn least(&self) -> f64 {
-        1e-6
-    }
-
     fn angles(&self) -> Vec<f64> {
         Characteristic::first_angles().collect()
-    }
-
-    fn ends(&self) -> Vec<f64> {
-        vec![0.0, PI]
-    }
-
-    fn narrow(&self, _: f64) -> f64 {
-        1e-12
-    }
-
-    fn noise(&self) -> f64 {
-        0.0
     }
 }

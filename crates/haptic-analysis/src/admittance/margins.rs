@@ -96,24 +96,8 @@ impl OpenLoop for Split<'_, '_> {
         [&self.below, &self.above].map(|coefficients| weighted(&terms, coefficients))
     }
 
-    fn least(&self) -> f64 {
-        1e-6
-    }
-
     fn angles(&self) -> Vec<f64> {
         Family::first_angles().collect()
-    }
-
-    fn ends(&self) -> Vec<f64> {
-        vec![0.0, PI]
-    }
-
-    fn narrow(&self, _: f64) -> f64 {
-        1e-12
-    }
-
-    fn noise(&self) -> f64 {
-        0.0
     }
 }
 

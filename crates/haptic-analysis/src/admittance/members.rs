@@ -92,31 +92,24 @@ impl<'a> AdmittanceBox<'a> {
     pub fn verdict(&self) -> BoxVerdict {
         let is_stable = |member: &[f64; TERMS]| self.family.verdict(member).stable;
         let middle = self.middle();
-        let unstable = core::iter::once(middle).chain(self.corners());
-        let mut unstable = unstable.filter(|member| !is_stable(member));
-        // Of a box that is proved only the middle has to be tried.
-        let first = (!is_stable(&middle)).then_some(middle);
-        let unproved = if first.is_none() {
-            self.unproved()
-        } else {
-            None
-        };
-        match (first, unproved) {
-            (None, None) => BoxVerdict::Proved,
-            (first, theta) => {
-                let units = self.family.units();
-                let member = first.or_else(|| unstable.next());
-                let given = |member: [f64; TERMS]| {
-                    let mut given = member;
-                    for (value, unit) in given.iter_mut().zip(units) {
-                        *value /= unit;
-                    }
-                    BoxVerdict::Unstable(given)
-                };
-                let theta = theta.unwrap_or(0.0);
-                member.map_or(BoxVerdict::Unproved { theta }, given)
-            }
+        if !is_stable(&middle) {
+            return BoxVerdict::Unstable(self.given(middle));
         }
+        let Some(theta) = self.unproved() else {
+            return BoxVerdict::Proved;
+        };
+        let unstable = self.corners().find(|member| !is_stable(member));
+        unstable.map_or(BoxVerdict::Unproved { theta }, |member| {
+            BoxVerdict::Unstable(self.given(member))
+        })
+    }
+
+    /// A member in the units that people give.
+    fn given(&self, mut member: [f64; TERMS]) -> [f64; TERMS] {
+        for (value, unit) in member.iter_mut().zip(self.family.units()) {
+            *value /= unit;
+        }
+        member
     }
 
     /// The largest value up to `most` of one number such that the box from its least value to there is proved, to 1e-7 of itself; `None` if
