@@ -48,6 +48,10 @@ const ANGLE: Quantity = ("an angle", &[("rad", 1.0), ("deg", DEGREE), ("°", DEG
 #[rustfmt::skip]
 const DEGREES: Quantity = ("an angle", &[("deg", 1.0), ("°", 1.0), ("rad", 1.0 / DEGREE)]);
 const SPEED: Quantity = ("a speed", &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3)]);
+const ACCELERATION: Quantity = (
+    "an acceleration",
+    &[("m/s²", 1.0), ("m/s^2", 1.0), ("m/s2", 1.0), ("mm/s²", 1e-3), ("mm/s^2", 1e-3)],
+);
 #[rustfmt::skip]
 const SIZE: Quantity = ("a size",
     &[("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12), ("MiB", 1_048_576.0), ("GiB", 1_073_741_824.0)]);
@@ -123,6 +127,7 @@ const ENDS: &[End] = &[
     end("_n_s_per_m", "DAMPING", &DAMPING, "N·s/m", (0, 0)),
     end("_n_per_m", "STIFFNESS", &STIFFNESS, "N/m", (0, 6)),
     end("_n_per_s", "RATE", &FORCE_RATE, "N/s", (0, 6)),
+    end("_m_per_s2", "ACCELERATION", &ACCELERATION, "m/s²", (-3, 0)),
     end("_m_per_s", "SPEED", &SPEED, "m/s", (-6, 0)),
     end("_per_s", "NUMBER", &GAIN, "1/s", (0, 0)),
     end("_rad_s", "FREQUENCY", &ANGULAR_FREQUENCY, "rad/s", (0, 0)),

@@ -1,13 +1,15 @@
 //! The device, its file and its sensors, as the keys of any table give them.
 
+use crate::robot::{ADMITTANCE, RobotModel};
 use crate::{DeviceModel, Sensors};
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
 use haptic_document::parameters::{Parameter, SENSOR_NOISE};
-use haptic_document::{FileError, Interval, Table, parameters as p, text_of};
+use haptic_document::{FileError, Interval, Parsed, Table, parameters as p, text_of};
 use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use std::borrow::Cow;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -114,8 +116,13 @@ pub fn samples_fit(
 /// A value that is wrong, with its place.
 pub fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
     let logged = table.logged(&p::DEVICE_MODEL);
+    let takes_robot = takes_robot(&table);
     table.with_named(&p::DEVICE_MODEL, |path| {
-        let model = device_at(path, logged)?;
+        let text = text_at(path, logged)?;
+        if takes_robot && is_robot(path, &text)? {
+            return Ok((Vec::new(), Vec::new()));
+        }
+        let model = device_in(path, &text)?;
         let numbers = (model.values.named()).map(|(parameter, value)| (parameter.key, value));
         let (mut numbers, mut intervals) = (Vec::from(numbers), model.intervals);
         // The lag of a sensor that was calibrated; none is below 0.
@@ -133,12 +140,57 @@ pub fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
     })
 }
 
-/// The device of a file, as a log has it or as it is today.
-fn device_at(path: &Path, logged: Option<&str>) -> Result<DeviceModel, FileError> {
-    logged.map_or_else(
-        || DeviceModel::find(path),
-        |text| DeviceModel::parse(path, text),
-    )
+/// The text of a file, as a log has it or as it is today.
+fn text_at<'t>(path: &Path, logged: Option<&'t str>) -> Result<Cow<'t, str>, FileError> {
+    logged.map_or_else(|| DeviceModel::text(path), |text| Ok(text.into()))
+}
+
+/// True of the device file of a robot.
+fn is_robot(path: &Path, text: &str) -> Result<bool, FileError> {
+    Parsed::of(path, text).map(|document| document.has(ADMITTANCE))
+}
+
+/// True of a table whose law may run on a robot.
+fn takes_robot(table: &Table<'_>) -> bool {
+    table.name == "wall"
+}
+
+/// The device of a file, which is no robot.
+fn device_in(path: &Path, text: &str) -> Result<DeviceModel, FileError> {
+    if is_robot(path, text)? {
+        let reason = "[admittance] is of a robot that moves, which [wall] takes and `analyze admittance` judges: give the file of a [device]";
+        return Err(Parsed::of(path, text)?.fail(reason));
+    }
+    DeviceModel::parse(path, text)
+}
+
+/// The robot of a trial: that of `[admittance]` beside its table, or that of its device file.
+///
+/// # Errors
+/// Both; a value that is wrong, with its place.
+pub fn robot(
+    table: &Table<'_>,
+    beside: Option<&Table<'_>>,
+    sample_time_s: f64,
+) -> Result<Option<RobotModel>, FileError> {
+    if let Some(beside) = beside {
+        if table.has(&p::DEVICE_MODEL) {
+            let reason = "device_model has no effect beside [admittance], which is the device: omit one of them";
+            return Err(table.fail_at(p::DEVICE_MODEL.key, reason));
+        }
+        return RobotModel::of(beside, sample_time_s).map(Some);
+    }
+    let (Some(path), true) = (table.file(&p::DEVICE_MODEL)?, takes_robot(table)) else {
+        return Ok(None);
+    };
+    let read = |path: &Path| {
+        let text = text_at(path, table.logged(&p::DEVICE_MODEL))?;
+        if is_robot(path, &text)? {
+            return RobotModel::parse(path, &text, sample_time_s).map(Some);
+        }
+        Ok(None)
+    };
+    read(&path).map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error))
 }
 
 /// The text of a device file for the log of a run, if one is named that is not ours.
@@ -172,7 +224,8 @@ pub fn device_model_by(
     file: &Parameter,
 ) -> Result<Option<DeviceModel>, FileError> {
     let read = |path: PathBuf| {
-        device_at(&path, table.logged(file)).map_err(|error| table.fail_at(file.key, error))
+        let read = text_at(&path, table.logged(file)).and_then(|text| device_in(&path, &text));
+        read.map_err(|error| table.fail_at(file.key, error))
     };
     table.file(file)?.map(read).transpose()
 }

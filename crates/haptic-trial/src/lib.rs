@@ -12,6 +12,7 @@ pub mod in_hand;
 pub mod keys;
 pub mod plant_file;
 pub mod preflight;
+pub mod robot;
 pub mod safe_chain;
 pub mod safety;
 pub mod samples;

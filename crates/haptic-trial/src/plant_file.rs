@@ -27,6 +27,7 @@ use measured_table::{ResponseTable, TABLE_MOST, read_bytes, read_response, rows_
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -80,12 +81,17 @@ fn parse(
         }
     }
     if let Some(source) = tables.remove("source") {
-        let source = source.with_keys(&[("source", p::PLANT_SOURCE)])?;
-        source.text(&p::SOURCE_PROGRAM)?;
-        source.text(&p::SOURCE_NOTE)?;
+        source_of(source)?;
     }
     (model.plant()).map_err(|error| table.fail(error))?;
     Ok((model, found, calibration))
+}
+
+/// Checks `[source]`.
+pub(crate) fn source_of(source: Table<'_>) -> Result<(), FileError> {
+    let source = source.with_keys(&[("source", p::PLANT_SOURCE)])?;
+    source.text(&p::SOURCE_PROGRAM)?;
+    source.text(&p::SOURCE_NOTE).map(|_| ())
 }
 
 /// `[source]` of a plant that this program made.
@@ -415,9 +421,17 @@ impl DeviceModel {
     /// # Errors
     /// As reading.
     pub fn find(name: &Path) -> Result<Self, FileError> {
+        Self::parse(name, &Self::text(name)?)
+    }
+
+    /// The text of the file of the built-in device `laboratory`, or of one at a path.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn text(name: &Path) -> Result<Cow<'static, str>, FileError> {
         match name.to_str() {
-            Some(p::LABORATORY) => Self::parse(name, include_str!("../devices/laboratory.toml")),
-            _ => Self::parse(name, &text_of(name, "device")?),
+            Some(p::LABORATORY) => Ok(include_str!("../devices/laboratory.toml").into()),
+            _ => text_of(name, "device").map(Cow::Owned),
         }
     }
 

@@ -159,6 +159,10 @@ pub const REACHES_ABOVE_0: Range = above_0(1.0);
 pub const ARM_PLACES: Range = either_sign(1.0);
 /// Sizes of a specimen, m or m²: it stands on a table.
 pub const SPECIMENS: Range = above_0(10.0);
+/// Speeds of a robot's command, m/s.
+pub const MOTION_SPEEDS: Range = above_0(10.0);
+/// Accelerations of it, m/s².
+pub const ACCELERATIONS: Range = above_0(1e4);
 /// Ends of a workspace, m.
 pub const WORKSPACES: Range = either_sign(haptic_link::Limits::PLACE_MOST_M as f64);
 /// Places, m: where no hand comes any more.

@@ -13,7 +13,7 @@ mod trial;
 pub(crate) use moving::MovingDevice;
 
 use crate::analysis::admittance::best::{Best, bodies};
-use crate::analysis::admittance::moving::{Around, Body, COUNT, NOISE};
+use crate::analysis::admittance::moving::Around;
 use crate::analysis::admittance::trial::trials;
 use crate::analysis::answer::{AdmittancePoint, Analysed, Drawn, StableHands, logarithmic};
 use crate::analysis::law::Law;
@@ -25,6 +25,8 @@ use haptic_analysis::{
 use haptic_document::{Failure, rows};
 use haptic_quantity::{digits, written};
 use haptic_trial::advice::analysed;
+use haptic_trial::keys::admittance::ROBOT_NOISE;
+use haptic_trial::robot::{BodyValues, COUNT};
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
@@ -50,7 +52,7 @@ struct Corner {
 /// A body in its surroundings.
 struct Judged<'a> {
     around: &'a Around,
-    body: &'a Body,
+    body: &'a BodyValues,
     frequencies_hz: &'a [f64],
 }
 
@@ -96,10 +98,7 @@ impl Judged<'_> {
         };
         let mut worst: Option<Corner> = None;
         for &in_world in worlds {
-            for which in 0..8_usize {
-                let hand = self
-                    .around
-                    .hand([0, 1, 2].map(|number| which >> number & 1));
+            for hand in self.around.place.corners() {
                 let world = if in_world { self.around.world() } else { None };
                 let Ok(margins) = self.around.in_hand(self.body, hand, world)?.margins() else {
                     return Ok(None);
@@ -133,7 +132,7 @@ impl Judged<'_> {
             BoxVerdict::Unstable(_) => Some(false),
             BoxVerdict::Unproved { .. } => None,
         };
-        let t = self.around.robot.sample_time_s();
+        let t = self.around.place.robot.sample_time_s();
         let unproved_hz = match verdict {
             BoxVerdict::Unproved { theta } => Some(theta / (TAU * t)),
             BoxVerdict::Proved | BoxVerdict::Unstable(_) => None,
@@ -153,11 +152,11 @@ impl Judged<'_> {
         let hand = match (verdict, &worst) {
             (_, Some(worst)) => worst.hand,
             (BoxVerdict::Unstable([_, _, mass, damping, stiffness, ..]), _) => HandImpedance {
-                mass_kg: mass - self.around.robot.tool_mass_kg(),
+                mass_kg: mass - self.around.place.robot.tool_mass_kg(),
                 damping_n_s_per_m: damping,
                 stiffness_n_per_m: stiffness,
             },
-            _ => self.around.hand([1, 0, 1]),
+            _ => self.around.place.hand([1, 0, 1]),
         };
         let walls = self.walls(&all, hand)?;
         let margins = worst.map_or_else(|| json!({}), |worst| self.margins(&worst));
@@ -166,7 +165,7 @@ impl Judged<'_> {
             "trials": tried.map(|tried| tried.runs),
             "trials_reason": tried.map_or_else(
                 || "a world of several elements, or a controller, is not tried".to_owned(),
-                |_| format!("a tap in each corner of the hands, with {} of noise and counts of {}", written("noise_n", NOISE.0), written("count_n", COUNT.0)),
+                |_| format!("a tap in each corner of the hands, with {} of noise and counts of {}", written("noise_n", ROBOT_NOISE.default_number()), written("count_n", COUNT.0)),
             ),
             "settled_trials": tried.map(|tried| tried.settled),
         });
@@ -205,7 +204,7 @@ impl Judged<'_> {
 
     /// The springs that are stable in this hand, and those proved from free space on for all hands.
     fn walls(&self, all: &AdmittanceBox<'_>, hand: HandImpedance) -> Result<Value, Failure> {
-        let spring = Law::spring(1.0, self.around.robot.sample_time_s())?.operator;
+        let spring = Law::spring(1.0, self.around.place.robot.sample_time_s())?.operator;
         let subject = self
             .around
             .in_hand(self.body, hand, Some(of_spring(&spring, 1.0)))?;
@@ -217,6 +216,7 @@ impl Judged<'_> {
         )?);
         let proved = self
             .around
+            .place
             .with_hands(free)?
             .largest(AdmittanceNumber::WorldStiffness, STIFFEST);
         let proved = proved.map_err(analysed)?;
@@ -244,7 +244,7 @@ impl Judged<'_> {
     }
 
     fn margins(&self, worst: &Corner) -> Value {
-        let t = self.around.robot.sample_time_s();
+        let t = self.around.place.robot.sample_time_s();
         let margins = &worst.margins;
         let hand = worst.hand;
         json!({
@@ -264,10 +264,10 @@ impl Judged<'_> {
 
     /// Impedance at the hand: its price, its errors, its passivity.
     fn felt(&self) -> Result<Value, Failure> {
-        let t = self.around.robot.sample_time_s();
+        let t = self.around.place.robot.sample_time_s();
         let free = self
             .around
-            .in_hand(self.body, self.around.hand([0; 3]), None)?;
+            .in_hand(self.body, self.around.place.hand([0; 3]), None)?;
         let off = |hz: f64| -> Result<Option<f64>, Failure> {
             if hz > 0.5 / t {
                 return Ok(None);
@@ -306,12 +306,12 @@ impl Judged<'_> {
     fn points(&self) -> Result<Vec<AdmittancePoint>, Failure> {
         let free = self
             .around
-            .in_hand(self.body, self.around.hand([0; 3]), None)?;
+            .in_hand(self.body, self.around.place.hand([0; 3]), None)?;
         let contact = match self.around.world() {
             None => None,
             world => Some(
                 self.around
-                    .in_hand(self.body, self.around.hand([0; 3]), world)?,
+                    .in_hand(self.body, self.around.place.hand([0; 3]), world)?,
             ),
         };
         let at = |hz: &f64| {
@@ -337,7 +337,7 @@ impl Judged<'_> {
 
     /// Stiffnesses of a hand that are stable, spring by spring, and those that are asked for.
     fn map(&self, hand: HandImpedance) -> Result<StableHands, Failure> {
-        let spring = Law::spring(1.0, self.around.robot.sample_time_s())?.operator;
+        let spring = Law::spring(1.0, self.around.place.robot.sample_time_s())?.operator;
         let springs = logarithmic(SOFTEST, STIFFEST, WALLS).map(|spring_n_per_m| {
             let subject =
                 self.around
@@ -354,7 +354,7 @@ impl Judged<'_> {
             mass_kg: hand.mass_kg,
             damping_n_s_per_m: hand.damping_n_s_per_m,
             springs: springs.collect::<Result<_, Failure>>()?,
-            hands_n_per_m: self.around.hands[2],
+            hands_n_per_m: self.around.place.hands[2],
             spring_n_per_m: law.and_then(|law| law.stiffness),
         })
     }

@@ -2,10 +2,10 @@
 
 use haptic_document::parameters;
 use haptic_document::parameters::range::{
-    DAMPINGS, DEVICE_TIMES, DISSIPATIONS, FREQUENCIES_HZ, OBJECT_MASSES, Range, STIFFNESSES,
-    WALL_ORDERS,
+    ACCELERATIONS, DAMPINGS, DEVICE_TIMES, DISSIPATIONS, FORCES, FORCES_ABOVE_0, FREQUENCIES_HZ,
+    MOTION_SPEEDS, OBJECT_MASSES, Range, STIFFNESSES, WALL_ORDERS, WORKSPACES,
 };
-use haptic_document::parameters::{Parameter, SCHEME};
+use haptic_document::parameters::{Parameter, SCHEME, joined};
 
 parameters! {
     /// α of the body.
@@ -36,6 +36,18 @@ parameters! {
     HANDS_DAMPING = list_of("hand_damping_n_s_per_m", "5,60", DAMPINGS, "Least and largest damping of the hand, or one for both");
     /// Least and largest stiffness of the hand, N/m.
     HANDS_STIFFNESS = list_of("hand_stiffness_n_per_m", "0,400", STIFFNESSES, "Least and largest stiffness of the hand and of what the handle touches in it, or one for both");
+    /// Largest speed of the command, m/s.
+    MOTION_SPEED = number("motion_limit_m_per_s", 0.5, "0.5m/s", MOTION_SPEEDS, "Largest speed of the command");
+    /// Largest change of the command, m/s².
+    MOTION_ACCELERATION = number("motion_limit_m_per_s2", 20.0, "20m/s^2", ACCELERATIONS, "Largest acceleration of the command, and that with which it comes to rest after a fault or stop");
+    /// Low end of the command's way, m.
+    MOTION_LOW = number("motion_low_m", -0.3, "-30cm", WORKSPACES, "Lowest position of the command, which brakes before it");
+    /// High end of the command's way, m.
+    MOTION_HIGH = number("motion_high_m", 0.3, "30cm", WORKSPACES, "Highest position of the command");
+    /// Range of the force sensor, N.
+    ROBOT_RANGE = number("sensed_range_n", 100.0, "100N", FORCES_ABOVE_0, "Largest force that the sensor shows either way: half of it stops the robot");
+    /// Noise of the force sensor, N.
+    ROBOT_NOISE = number("sensed_noise_n", 0.05, "50mN", FORCES, "Standard deviation of the noise of a simulated robot's sensor");
 }
 
 /// Keys of a virtual body.
@@ -57,3 +69,14 @@ pub const ROBOT: &[Parameter] = &[
 ];
 /// Keys of the hands that push it.
 pub const PUSHING_HANDS: &[Parameter] = &[HANDS_MASS, HANDS_DAMPING, HANDS_STIFFNESS];
+/// Keys of the limits of its motion, and of its sensor.
+pub const MOTION: &[Parameter] = &[
+    MOTION_SPEED,
+    MOTION_ACCELERATION,
+    MOTION_LOW,
+    MOTION_HIGH,
+    ROBOT_RANGE,
+    ROBOT_NOISE,
+];
+/// Keys of `[admittance]`.
+pub const ADMITTANCE_TABLE: &[Parameter] = &joined::<20>(&[BODY, ROBOT, PUSHING_HANDS, MOTION]);

@@ -8,7 +8,7 @@
 //! - *Tried*: each body in virtual time, with noise and counts of the sensor; one that does not settle is not called the best.
 //! - *Cost*: some 400 proofs an order.
 
-use crate::analysis::admittance::moving::{Around, Body};
+use crate::analysis::admittance::moving::Around;
 use crate::analysis::admittance::trial::trials;
 use crate::analysis::answer::{BodyPoint, HORIZON};
 use crate::analysis::keys::HAND_MARGIN;
@@ -18,6 +18,7 @@ use haptic_analysis::{AdmittanceNumber, AdmittanceWorld, EffortWeight, LoopOpera
 use haptic_document::{Failure, Rows, rows};
 use haptic_quantity::digits;
 use haptic_trial::advice::analysed;
+use haptic_trial::robot::BodyValues;
 use serde_json::{Value, json};
 use std::cell::Cell;
 use std::sync::atomic::AtomicBool;
@@ -43,7 +44,7 @@ const INERTANCE_MOST: f64 = 1e4;
 
 /// The best bodies, by rising order, the lagged mass last.
 pub(super) struct Best {
-    bodies: Vec<(Body, BodyPoint)>,
+    bodies: Vec<(BodyValues, BodyPoint)>,
     /// Place of the one of least effort without a lag.
     best: usize,
 }
@@ -51,7 +52,7 @@ pub(super) struct Best {
 impl Best {
     pub(super) const STEPS: u64 = (TENTHS + 1 + LAGS) as u64 + 2 * (FINER as u64 - 1);
 
-    pub(super) fn body(&self) -> &Body {
+    pub(super) fn body(&self) -> &BodyValues {
         &self.bodies[self.best].0
     }
 
@@ -122,7 +123,7 @@ pub(super) fn bodies(
     Ok(Best { bodies, best })
 }
 
-fn effort((_, point): &(Body, BodyPoint)) -> f64 {
+fn effort((_, point): &(BodyValues, BodyPoint)) -> f64 {
     point.effort_n_s_per_m
 }
 
@@ -135,8 +136,8 @@ pub(super) fn candidates(
     margin: f64,
     progress: &(dyn Fn(u64) + Sync),
     stop: &AtomicBool,
-) -> Result<Vec<(Body, BodyPoint)>, Failure> {
-    let t = around.robot.sample_time_s();
+) -> Result<Vec<(BodyValues, BodyPoint)>, Failure> {
+    let t = around.place.robot.sample_time_s();
     let wide = around.with_margin(margin);
     let each = |kinds: Vec<(f64, Option<f64>)>| {
         let found = for_each_order(&kinds, stop, progress, |(order, lag_s)| {
@@ -151,7 +152,7 @@ pub(super) fn candidates(
         })?;
         Ok::<Vec<_>, Failure>(found.into_iter().flatten().collect())
     };
-    let least = |bodies: Vec<(Body, BodyPoint)>| {
+    let least = |bodies: Vec<(BodyValues, BodyPoint)>| {
         bodies
             .into_iter()
             .min_by(|a, b| effort(a).total_cmp(&effort(b)))
@@ -176,8 +177,8 @@ fn best_of(
     [around, wide]: [&Around; 2],
     operator: &LoopOperator,
     lag_s: Option<f64>,
-) -> Result<Option<(Body, BodyPoint)>, Failure> {
-    let body = |inertance: f64, damping: f64| Body {
+) -> Result<Option<(BodyValues, BodyPoint)>, Failure> {
+    let body = |inertance: f64, damping: f64| BodyValues {
         inertance,
         damping,
         operator: operator.clone(),
@@ -187,7 +188,9 @@ fn best_of(
     let least = |damping: f64| least_inertance(wide, &body(1.0, damping));
     let effort = |damping: f64| {
         let light = body(least(damping).ok()??, damping);
-        let free = around.in_hand(&light, around.hand([0; 3]), None).ok()?;
+        let free = around
+            .in_hand(&light, around.place.hand([0; 3]), None)
+            .ok()?;
         free.effort(EffortWeight::Hand).ok()
     };
     let ratio = libm::pow(DAMPING_MOST / DAMPING_LEAST, 1.0 / f64::from(DAMPINGS));
@@ -216,7 +219,7 @@ fn best_of(
         return Ok(None);
     };
     let found = body(inertance, damping);
-    let free = around.in_hand(&found, around.hand([0; 3]), None)?;
+    let free = around.in_hand(&found, around.place.hand([0; 3]), None)?;
     let point = BodyPoint {
         body_order: operator.order().get(),
         body_lag_s: lag_s,
@@ -231,7 +234,7 @@ fn best_of(
 
 /// The least inertance of this body that is proved. Those that are stable with a corner of the hands and a few worlds are intervals, often not up to
 /// the heaviest: a spring that acts late drives a heavy body. The proof for all hands and worlds begins at their common ones.
-fn least_inertance(around: &Around, body: &Body) -> Result<Option<f64>, Failure> {
+fn least_inertance(around: &Around, body: &BodyValues) -> Result<Option<f64>, Failure> {
     let most = [INERTANCE_LEAST, INERTANCE_MOST];
     let mut common = vec![most];
     for share in WORLDS {
@@ -243,18 +246,17 @@ fn least_inertance(around: &Around, body: &Body) -> Result<Option<f64>, Failure>
         if world.is_none() && share > 0.0 {
             break;
         }
-        for which in 0..8_usize {
-            let ends = [0, 1, 2].map(|number| which >> number & 1);
-            if !around.is_corner(ends) || common.is_empty() {
-                continue;
+        for hand in around.place.corners() {
+            if common.is_empty() {
+                break;
             }
-            let subject = around.in_hand(body, around.hand(ends), world)?;
+            let subject = around.in_hand(body, hand, world)?;
             let stable = subject.stable_values(AdmittanceNumber::Inertance, most);
             common = both(&common, &stable);
         }
     }
     let holds = |inertance: f64| {
-        let body = Body {
+        let body = BodyValues {
             inertance,
             ..body.clone()
         };

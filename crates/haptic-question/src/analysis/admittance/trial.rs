@@ -5,21 +5,16 @@
 //! The difference has no noise but that of counts, so a slow growth is seen beneath it. Seeds 1 to 5 in turn; a world of several elements, or a
 //! controller, is not tried.
 
-use crate::analysis::admittance::moving::{Around, Body};
-use crate::analysis::answer::HORIZON;
-use fracdiff::{Differintegrator, Order, Scheme, Seconds};
+use crate::analysis::admittance::moving::Around;
+use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::HandImpedance;
 use haptic_document::Failure;
-use haptic_loop::plant::{RobotHand, SimulatedRobot, SimulatedRobotConfig};
 use haptic_loop::units::{
-    Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre, Newtons,
-    NewtonsPerMetre, NewtonsPerSecond,
+    Metres, MetresPerSecond, MetresPerSecondSquared, Newtons, NewtonsPerSecond,
 };
-use haptic_loop::{
-    Admittance, Controller, LaggedRate, MotionChain, MotionLimits, SafetyChain, SpringDamper,
-    VirtualBody,
-};
+use haptic_loop::{Controller, MotionLimits, SafetyChain, SpringDamper};
 use haptic_trial::advice::parameter;
+use haptic_trial::robot::{BodyValues, rendered};
 
 const SEEDS: usize = 5;
 const TAP_N: f64 = 2.0;
@@ -43,7 +38,7 @@ pub(super) struct Trials {
 ///
 /// # Errors
 /// A device that cannot be simulated.
-pub(super) fn trials(around: &Around, body: &Body) -> Result<Option<Trials>, Failure> {
+pub(super) fn trials(around: &Around, body: &BodyValues) -> Result<Option<Trials>, Failure> {
     let law = match &around.world {
         Some(law) if !law.is_one_element() => return Ok(None),
         law => law.as_ref(),
@@ -56,14 +51,10 @@ pub(super) fn trials(around: &Around, body: &Body) -> Result<Option<Trials>, Fai
     let world = law.map(|law| (Around::gains(law), law.order, law.scheme));
     let mut settled = Vec::new();
     for (gains, order, scheme) in [Some(free), world].into_iter().flatten() {
-        for which in 0..8_usize {
-            let ends = [0, 1, 2].map(|number| which >> number & 1);
-            if !around.is_corner(ends) {
-                continue;
-            }
+        for hand in around.place.corners() {
             let run = Run {
                 around,
-                hand: around.hand(ends),
+                hand,
                 gains,
                 order,
                 scheme,
@@ -88,28 +79,9 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn settles(&self, body: &Body, seed: usize) -> Result<bool, Failure> {
-        let t = Seconds(self.around.robot.sample_time_s());
-        match body.lag_s {
-            Some(lag_s) => {
-                let rate = LaggedRate::new(Seconds(lag_s), t).map_err(parameter)?;
-                self.of(body, rate, seed)
-            }
-            None => {
-                let order = body.operator.order();
-                self.of(body, built(body.scheme, order, t)?, seed)
-            }
-        }
-    }
-
-    fn of<O: Differintegrator<f64> + Clone>(
-        &self,
-        body: &Body,
-        operator: O,
-        seed: usize,
-    ) -> Result<bool, Failure> {
-        let still = self.velocities(body, operator.clone(), seed, 0.0)?;
-        let tapped = self.velocities(body, operator, seed, TAP_N)?;
+    fn settles(&self, body: &BodyValues, seed: usize) -> Result<bool, Failure> {
+        let still = self.velocities(body, seed, 0.0)?;
+        let tapped = self.velocities(body, seed, TAP_N)?;
         let changes = still.iter().zip(&tapped).map(|(a, b)| (b - a).abs());
         let last = still.len() - still.len() / 5;
         let (mut peak, mut left) = (0.0_f64, 0.0_f64);
@@ -124,26 +96,9 @@ impl Run<'_> {
     }
 
     /// The command's velocity, sample by sample, m/s, with a tap of so many newtons.
-    fn velocities<O: Differintegrator<f64>>(
-        &self,
-        body: &Body,
-        operator: O,
-        seed: usize,
-        tap_n: f64,
-    ) -> Result<Vec<f64>, Failure> {
-        let t = Seconds(self.around.robot.sample_time_s());
-        let config = SimulatedRobotConfig {
-            hand: RobotHand {
-                mass: Kilograms(self.hand.mass_kg + self.around.robot.tool_mass_kg()),
-                damping: NewtonSecondsPerMetre(self.hand.damping_n_s_per_m),
-                stiffness: NewtonsPerMetre(self.hand.stiffness_n_per_m),
-            },
-            seed: 1 + seed as u64,
-            ..self.around.simulated
-        };
-        let robot = SimulatedRobot::<1>::new(config).map_err(parameter)?;
-        let damping = NewtonSecondsPerMetre(body.damping);
-        let body = VirtualBody::new(body.inertance, damping, operator).map_err(parameter)?;
+    fn velocities(&self, body: &BodyValues, seed: usize, tap_n: f64) -> Result<Vec<f64>, Failure> {
+        let place = &self.around.place;
+        let t = Seconds(place.robot.sample_time_s());
         let limits = MotionLimits {
             following: Metres(FAR),
             hand_energy: None,
@@ -154,24 +109,14 @@ impl Run<'_> {
                 MetresPerSecondSquared(1e6),
                 [Metres(-FAR)],
                 [Metres(FAR)],
-                config.sensor_range,
+                place.simulated.sensor_range,
             )
         };
-        let chain = MotionChain::new(&limits, t).map_err(parameter)?;
-        let mut device = Admittance::new(robot, body, chain);
+        let mut device = place.simulated(body, &limits, self.hand, 1 + seed as u64)?;
         let samples = (RUN_S / t.0).min(SAMPLES) as usize;
         let mut velocities = Vec::with_capacity(samples);
-        let rests = (limits.rest_time.0 / t.0) as usize + 2;
-        for _ in 0..rests {
-            if device.rest().is_err() {
-                return Ok(vec![f64::NAN]);
-            }
-        }
-        if device.arm().is_err() {
-            return Ok(vec![f64::NAN]);
-        }
         let [stiffness, dissipation] = self.gains;
-        let memory = built(self.scheme, self.order, t)?;
+        let memory = rendered(self.scheme, self.order, t)?;
         let wall = SpringDamper::new(stiffness, dissipation, memory).map_err(parameter)?;
         let safety =
             SafetyChain::new(Newtons(1e9), NewtonsPerSecond(1e15), t).map_err(parameter)?;
@@ -191,18 +136,4 @@ impl Run<'_> {
         }
         Ok(velocities)
     }
-}
-
-/// The operator of a scheme as it runs: the exact one with a memory of all of the run.
-fn built(
-    scheme: Scheme,
-    order: Order,
-    t: Seconds,
-) -> Result<fracdiff::scheme::Operator<f64>, Failure> {
-    let runs = if scheme == Scheme::Exact {
-        "full".parse().map_err(Failure::input)?
-    } else {
-        scheme
-    };
-    runs.build(order, t, HORIZON).map_err(Failure::input)
 }

@@ -1,0 +1,505 @@
+//! A robot that a hand pushes, as the keys of `[admittance]` say it: its own loop, its sensor, its virtual body, the hands that push it, and the
+//! limits of its motion.
+//!
+//! ```toml
+//! [admittance]                        # a device file of its own, or beside [wall]
+//! bandwidth_hz = 10
+//! dead_time_s = 0.004
+//! body_inertance_n_s_mu_per_m = 8     # m of m·D^α + b
+//! body_damping_n_s_per_m = 20
+//! ```
+//! One reading serves the analysis, the simulated robot and whatever renders on a real one. Without bandwidth and dead time there is no verdict
+//! on a robot, so there is none without these keys.
+
+use crate::advice::{analysed, parameter};
+use crate::keys::admittance::{
+    ADMITTANCE_TABLE, BODY_DAMPING, BODY_INERTANCE, BODY_LAG, BODY_ORDER, BODY_SCHEME,
+    FORCE_CUTOFF, FORCE_LAGS, HANDS_DAMPING, HANDS_MASS, HANDS_STIFFNESS, MOTION_ACCELERATION,
+    MOTION_HIGH, MOTION_LOW, MOTION_SPEED, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME,
+    ROBOT_NOISE, ROBOT_RANGE, TOOL_MASS,
+};
+use crate::plant_file::source_of;
+use fracdiff::scheme::{Operator, OperatorHistory};
+use fracdiff::{Differintegrator, Order, Scheme, Seconds};
+use haptic_analysis::{
+    AdmittanceBody, AdmittanceBox, AdmittanceLoop, AdmittanceNumber, AdmittanceWorld, ForceFilter,
+    HandImpedance, LoopOperator, Robot, VelocityLoop,
+};
+use haptic_document::parameters::Parameter;
+use haptic_document::{Cause, Failure, FileError, Parsed, Table};
+use haptic_loop::plant::{RobotHand, RobotLoop, SimulatedRobot, SimulatedRobotConfig};
+use haptic_loop::units::{
+    Hertz, Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre,
+    Newtons, NewtonsPerMetre,
+};
+use haptic_loop::{
+    Admittance, LaggedRate, LaggedRateHistory, LoopParameterError, MotionChain, MotionLimits,
+    VirtualBody,
+};
+use std::path::Path;
+
+/// The table of a robot.
+pub const ADMITTANCE: &str = "admittance";
+/// Memory for which the analysis designs an operator of all of the past, samples.
+const HORIZON: f64 = 1e6;
+/// A count of the simulated force sensor.
+pub const COUNT: Newtons = Newtons(0.01);
+
+/// A robot with its body, in its hands, within its limits.
+#[derive(Clone, Debug)]
+pub struct RobotModel {
+    /// The robot and the hands that push it.
+    pub place: RobotInHands,
+    /// Its virtual body.
+    pub body: BodyValues,
+    /// Limits of its motion.
+    pub limits: MotionLimits<1>,
+}
+
+/// All but the body: the robot, and the hands that push it.
+#[derive(Clone, Debug)]
+pub struct RobotInHands {
+    /// The robot, as the analysis has it.
+    pub robot: Robot,
+    /// Its twin in virtual time, in no hand.
+    pub simulated: SimulatedRobotConfig,
+    /// Least and largest mass, kg, damping, N·s/m, and stiffness, N/m, of the hands.
+    pub hands: [[f64; 2]; 3],
+}
+
+/// A virtual body.
+#[derive(Clone, Debug)]
+pub struct BodyValues {
+    /// m, N·s^(1+α)/m.
+    pub inertance: f64,
+    /// b, N·s/m.
+    pub damping: f64,
+    /// `D^α` as it runs.
+    pub operator: LoopOperator,
+    /// Lag of a lagged mass, s.
+    pub lag_s: Option<f64>,
+    /// Scheme of its operator, without a lag.
+    pub scheme: Scheme,
+}
+
+/// Least and largest value of a key that takes one or both.
+fn ends(table: &Table<'_>, key: &Parameter) -> Result<[f64; 2], FileError> {
+    let given = table.numbers_if(key)?;
+    match *given.unwrap_or_else(|| key.default_numbers()) {
+        [one] => Ok([one; 2]),
+        [low, high] if low <= high => Ok([low, high]),
+        _ => {
+            let reason = "it is one number, or the least and the largest one";
+            Err(table.fail_at(key.key, reason))
+        }
+    }
+}
+
+/// The operator of a scheme as it runs: the exact one with a memory of all of the run.
+///
+/// # Errors
+/// One that its scheme cannot make.
+pub fn rendered(
+    scheme: Scheme,
+    order: Order,
+    sample_time: Seconds,
+) -> Result<Operator<f64>, Failure> {
+    let runs = if scheme == Scheme::Exact {
+        "full".parse().map_err(Failure::input)?
+    } else {
+        scheme
+    };
+    runs.build(order, sample_time, HORIZON)
+        .map_err(Failure::input)
+}
+
+impl BodyValues {
+    /// The body of these keys, at this sample time, s.
+    ///
+    /// # Errors
+    /// A body of nothing, a lag beside an order or scheme, an operator that its scheme cannot make.
+    pub fn of(table: &Table<'_>, t: f64) -> Result<Self, Failure> {
+        let order = table.order(&BODY_ORDER)?;
+        let lag_s = table.number_if(&BODY_LAG)?;
+        let inertance = table.required(&BODY_INERTANCE)?;
+        let damping = table.number_if(&BODY_DAMPING)?.unwrap_or(0.0);
+        if inertance == 0.0 && damping == 0.0 {
+            let reason = format!("a body of nothing moves without end: give {BODY_DAMPING} too");
+            return Err(table.fail_at(BODY_INERTANCE.key, reason).into());
+        }
+        let (scheme, operator) = match lag_s {
+            Some(lag) => {
+                if order.get().to_bits() != 1.0_f64.to_bits() || table.has(&BODY_SCHEME) {
+                    let reason = format!(
+                        "a lagged mass has order 1 and no scheme: omit {BODY_LAG}, or {BODY_ORDER} and {BODY_SCHEME}"
+                    );
+                    return Err(table.fail_at(BODY_LAG.key, reason).into());
+                }
+                let operator = LoopOperator::lagged_difference(lag / t);
+                (Scheme::Exact, operator.map_err(analysed)?)
+            }
+            None => {
+                let scheme = table.scheme(&BODY_SCHEME)?;
+                let operator = LoopOperator::new(scheme, order, Seconds(t), HORIZON);
+                (scheme, operator.map_err(Failure::input)?)
+            }
+        };
+        Ok(Self {
+            inertance,
+            damping,
+            operator,
+            lag_s,
+            scheme,
+        })
+    }
+
+    /// The body as the analysis has it.
+    pub const fn virtual_body(&self) -> AdmittanceBody<'_> {
+        AdmittanceBody {
+            inertance_n_s_alpha_per_m: self.inertance,
+            damping_n_s_per_m: self.damping,
+            operator: &self.operator,
+        }
+    }
+
+    /// The body as it runs.
+    ///
+    /// # Errors
+    /// A scheme that cannot make the operator, or a body of nothing.
+    pub fn rendered(
+        &self,
+        sample_time: Seconds,
+    ) -> Result<VirtualBody<f64, BodyOperator>, Failure> {
+        let operator = match self.lag_s {
+            Some(lag_s) => BodyOperator::Lagged(
+                LaggedRate::new(Seconds(lag_s), sample_time).map_err(parameter)?,
+            ),
+            None => {
+                let order = self.operator.order();
+                BodyOperator::Of(Box::new(rendered(self.scheme, order, sample_time)?))
+            }
+        };
+        let damping = NewtonSecondsPerMetre(self.damping);
+        VirtualBody::new(self.inertance, damping, operator).map_err(parameter)
+    }
+}
+
+/// The operator of a body: of a scheme, or the rate of a lagged mass.
+#[derive(Clone, Debug)]
+pub enum BodyOperator {
+    /// `D^α` of any scheme.
+    Of(Box<Operator<f64>>),
+    /// s/(1 + τ·s).
+    Lagged(LaggedRate<f64>),
+}
+
+/// History of a [`BodyOperator`].
+#[derive(Clone, Debug)]
+pub enum BodyHistory {
+    /// That of a scheme.
+    Of(Box<OperatorHistory<f64>>),
+    /// That of a lagged mass.
+    Lagged(LaggedRateHistory<f64>),
+}
+
+impl Differintegrator<f64> for BodyOperator {
+    type History = BodyHistory;
+
+    fn at_rest(&self) -> BodyHistory {
+        match self {
+            Self::Of(operator) => BodyHistory::Of(Box::new(operator.at_rest())),
+            Self::Lagged(rate) => BodyHistory::Lagged(rate.at_rest()),
+        }
+    }
+
+    fn direct_gain(&self) -> f64 {
+        match self {
+            Self::Of(operator) => operator.direct_gain(),
+            Self::Lagged(rate) => rate.direct_gain(),
+        }
+    }
+
+    fn past(&self, history: &BodyHistory) -> f64 {
+        match (self, history) {
+            (Self::Of(operator), BodyHistory::Of(history)) => operator.past(history),
+            (Self::Lagged(rate), BodyHistory::Lagged(history)) => rate.past(history),
+            // Not a number is a fault of the motion chain.
+            _ => f64::NAN,
+        }
+    }
+
+    fn advance(&self, history: &mut BodyHistory, x: f64) {
+        match (self, history) {
+            (Self::Of(operator), BodyHistory::Of(history)) => operator.advance(history, x),
+            (Self::Lagged(rate), BodyHistory::Lagged(history)) => rate.advance(history, x),
+            _ => {}
+        }
+    }
+
+    fn memory_length(&self) -> Option<usize> {
+        match self {
+            Self::Of(operator) => operator.memory_length(),
+            Self::Lagged(rate) => rate.memory_length(),
+        }
+    }
+}
+
+impl RobotInHands {
+    /// The robot of these keys and its hands, at this sample time, s: without bandwidth and dead time there is no verdict on it.
+    ///
+    /// # Errors
+    /// A missing key, one without effect, or a number outside its range.
+    pub fn of(table: &Table<'_>, t: f64) -> Result<Self, Failure> {
+        let (frequency, ratio) = (
+            table.required(&ROBOT_BANDWIDTH)?,
+            table.number(&ROBOT_DAMPING)?,
+        );
+        let motion = VelocityLoop::second_order(frequency, ratio).map_err(analysed)?;
+        let filter = match table.number_if(&FORCE_CUTOFF)? {
+            Some(cutoff_hz) => ForceFilter {
+                cutoff_hz,
+                lags: table.count_in(&FORCE_LAGS, 1..=4)?,
+            },
+            None if table.has(&FORCE_LAGS) => {
+                let reason =
+                    format!("it has no effect without {FORCE_CUTOFF}: give that too, or omit it");
+                return Err(table.fail_at(FORCE_LAGS.key, reason).into());
+            }
+            None => ForceFilter::NONE,
+        };
+        let dead_time = table.required(&ROBOT_DEAD_TIME)?;
+        let tool = table.number(&TOOL_MASS)?;
+        let robot = Robot::new(motion, dead_time, filter, tool, t).map_err(analysed)?;
+        let turns = RobotLoop::second_order(Hertz(frequency), ratio).map_err(parameter)?;
+        let simulated = SimulatedRobotConfig {
+            dead_time: Seconds(dead_time),
+            sensor_lags: filter.lags,
+            sensor_bandwidth: Hertz(filter.cutoff_hz),
+            sensor_range: Newtons(ROBOT_RANGE.default_number()),
+            sensor_noise: Newtons(ROBOT_NOISE.default_number()),
+            sensor_resolution: COUNT,
+            ..SimulatedRobotConfig::of(Seconds(t), turns, RobotHand::relaxed())
+        };
+        let [mass, damping, stiffness] =
+            [&HANDS_MASS, &HANDS_DAMPING, &HANDS_STIFFNESS].map(|key| ends(table, key));
+        Ok(Self {
+            robot,
+            simulated,
+            hands: [mass?, damping?, stiffness?],
+        })
+    }
+
+    /// A body in one hand and one world.
+    ///
+    /// # Errors
+    /// A number that the analysis does not take.
+    pub fn in_hand<'a>(
+        &'a self,
+        body: &'a BodyValues,
+        hand: HandImpedance,
+        world: Option<AdmittanceWorld<'a>>,
+    ) -> Result<AdmittanceLoop<'a>, Failure> {
+        AdmittanceLoop::new(&self.robot, body.virtual_body(), hand, world).map_err(analysed)
+    }
+
+    /// The hands at the corners of the box, each once: mass, damping, stiffness.
+    pub fn corners(&self) -> impl Iterator<Item = HandImpedance> {
+        // Ends of a number that is alone are twins.
+        let is_corner = |which: &[usize; 3]| {
+            let mut ends = which.iter().zip(&self.hands);
+            ends.all(|(end, [low, high])| *end == 0 || low < high)
+        };
+        let all = (0..8_usize).map(|which| [0, 1, 2].map(|number| which >> number & 1));
+        all.filter(is_corner).map(|which| self.hand(which))
+    }
+
+    /// The hand of these ends: 0 the least, 1 the largest.
+    #[must_use]
+    pub fn hand(&self, which: [usize; 3]) -> HandImpedance {
+        let [mass_kg, damping_n_s_per_m, stiffness_n_per_m] =
+            [0, 1, 2].map(|number| self.hands[number][which[number]]);
+        HandImpedance {
+            mass_kg,
+            damping_n_s_per_m,
+            stiffness_n_per_m,
+        }
+    }
+
+    /// A box with all of the hands.
+    ///
+    /// # Errors
+    /// A number that the analysis does not take.
+    pub fn with_hands<'a>(&self, mut all: AdmittanceBox<'a>) -> Result<AdmittanceBox<'a>, Failure> {
+        let numbers = [
+            AdmittanceNumber::HandMass,
+            AdmittanceNumber::HandDamping,
+            AdmittanceNumber::HandStiffness,
+        ];
+        for (number, ends) in numbers.into_iter().zip(self.hands) {
+            all = all.with(number, ends).map_err(analysed)?;
+        }
+        Ok(all)
+    }
+
+    /// All hands, and all worlds from free space to the one that is given.
+    ///
+    /// # Errors
+    /// A number that the analysis does not take.
+    pub fn all<'a>(
+        &'a self,
+        body: &'a BodyValues,
+        world: Option<AdmittanceWorld<'a>>,
+    ) -> Result<AdmittanceBox<'a>, Failure> {
+        let middle = self.in_hand(body, self.hand([0; 3]), world)?;
+        let mut all = self.with_hands(AdmittanceBox::around(&middle))?;
+        if let Some(world) = world {
+            for (number, most) in [
+                (AdmittanceNumber::WorldStiffness, world.stiffness_n_per_m),
+                (
+                    AdmittanceNumber::WorldDissipation,
+                    world.dissipation_n_s_mu_per_m,
+                ),
+            ] {
+                all = all.with(number, [0.0, most]).map_err(analysed)?;
+            }
+        }
+        Ok(all)
+    }
+
+    /// The simulated robot in this hand, behind a body and a chain, armed and at rest: the noise of its sensor begins with this seed.
+    ///
+    /// # Errors
+    /// A robot, body or limit outside its range; noise so large that nobody would arm it.
+    pub fn simulated(
+        &self,
+        body: &BodyValues,
+        limits: &MotionLimits<1>,
+        hand: HandImpedance,
+        seed: u64,
+    ) -> Result<Admittance<f64, 1, BodyOperator, SimulatedRobot<1>>, Failure> {
+        let config = SimulatedRobotConfig {
+            hand: RobotHand {
+                mass: Kilograms(hand.mass_kg + self.robot.tool_mass_kg()),
+                damping: NewtonSecondsPerMetre(hand.damping_n_s_per_m),
+                stiffness: NewtonsPerMetre(hand.stiffness_n_per_m),
+            },
+            seed,
+            ..self.simulated
+        };
+        let t = config.sample_time;
+        let robot = SimulatedRobot::<1>::new(config).map_err(parameter)?;
+        let chain = MotionChain::new(limits, t).map_err(parameter)?;
+        let mut device = Admittance::new(robot, body.rendered(t)?, chain);
+        for _ in 0..(limits.rest_time.0 / t.0) as usize + 2 {
+            device.rest().map_err(Failure::run)?;
+        }
+        device.arm().map_err(Failure::run)?;
+        Ok(device)
+    }
+}
+
+impl RobotModel {
+    /// The robot of a table with [`ADMITTANCE_TABLE`], at this sample time, s.
+    ///
+    /// # Errors
+    /// A missing or wrong key, with its place.
+    pub fn of(table: &Table<'_>, t: f64) -> Result<Self, FileError> {
+        let refused = |failure: Failure| {
+            if let Failure::Input(Cause::Document(error)) = failure {
+                *error
+            } else {
+                table.fail(failure)
+            }
+        };
+        let mut place = RobotInHands::of(table, t).map_err(refused)?;
+        let body = BodyValues::of(table, t).map_err(refused)?;
+        let range = Newtons(table.number(&ROBOT_RANGE)?);
+        place.simulated.sensor_range = range;
+        place.simulated.sensor_noise = Newtons(table.number(&ROBOT_NOISE)?);
+        let limits = MotionLimits::of(
+            MetresPerSecond(table.number(&MOTION_SPEED)?),
+            MetresPerSecondSquared(table.number(&MOTION_ACCELERATION)?),
+            [Metres(table.number(&MOTION_LOW)?)],
+            [Metres(table.number(&MOTION_HIGH)?)],
+            range,
+        );
+        let checked: Result<MotionChain<f64, 1>, LoopParameterError> =
+            MotionChain::new(&limits, Seconds(t));
+        checked.map_err(|error| table.fail(error))?;
+        Ok(Self {
+            place,
+            body,
+            limits,
+        })
+    }
+
+    /// The robot of a device file, at this sample time, s; `path` is for messages.
+    ///
+    /// # Errors
+    /// A file that is wrong, or describes something else, with its place.
+    pub fn parse(path: &Path, text: &str, t: f64) -> Result<Self, FileError> {
+        let document = Parsed::of(path, text)?;
+        let choice = "the device file of a robot has [admittance]";
+        let (_, table, mut tables) =
+            document.one_of(&[ADMITTANCE], &["source"], "device", choice)?;
+        if let Some(source) = tables.remove("source") {
+            source_of(source)?;
+        }
+        let table = table.with_keys(&[(ADMITTANCE, ADMITTANCE_TABLE)])?;
+        Self::of(&table, t)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fracdiff::FrequencyResponse as _;
+
+    const ROBOT: &str = "[admittance]\nbandwidth_hz = 10\ndead_time_s = 0.004\nbody_inertance_n_s_mu_per_m = 8\nbody_damping_n_s_per_m = 20\n";
+
+    fn read(text: &str) -> Result<RobotModel, FileError> {
+        RobotModel::parse(Path::new("robot.toml"), text, 2e-3)
+    }
+
+    #[test]
+    fn a_robot_without_dead_time_bandwidth_or_body_is_refused_by_its_key() {
+        for key in ["bandwidth_hz", "dead_time_s", "body_inertance_n_s_mu_per_m"] {
+            let lines: Vec<&str> = ROBOT
+                .lines()
+                .filter(|line| !line.starts_with(key))
+                .collect();
+            let refused = read(&lines.join("\n"))
+                .expect_err("half a robot")
+                .to_string();
+            assert!(refused.contains(key), "{refused}");
+        }
+        let ends = read(&format!("{ROBOT}motion_low_m = 0.4\n")).expect_err("ends");
+        assert!(ends.to_string().contains("workspace"), "{ends}");
+    }
+
+    #[test]
+    fn a_lagged_mass_runs_as_it_is_analysed_and_a_history_of_another_operator_gives_no_motion() {
+        let lagged = read(&format!("{ROBOT}body_lag_s = 0.05\n")).expect("a lagged mass");
+        let plain = read(&format!("{ROBOT}body_order = 0.7\n")).expect("a body");
+        let t = Seconds(2e-3);
+        for model in [&lagged, &plain] {
+            let body = model.body.rendered(t).expect("a body");
+            let operator = body.operator();
+            // The impulse response against the response of the analysis, at a quarter of the sample rate.
+            let mut history = operator.at_rest();
+            let mut sum = num_complex::Complex::new(0.0, 0.0);
+            for n in 0..200_000_u32 {
+                let y = operator.step(&mut history, if n == 0 { 1.0 } else { 0.0 });
+                sum += num_complex::Complex::from_polar(
+                    y,
+                    -f64::from(n % 4) * core::f64::consts::FRAC_PI_2,
+                );
+            }
+            let rate = libm::pow(t.0, -model.body.operator.order().get());
+            let wanted = model.body.operator.response(core::f64::consts::FRAC_PI_2) * rate;
+            assert!((sum / wanted - 1.0).norm() < 1e-6, "{sum} {wanted}");
+        }
+        let [a, b] = [&lagged, &plain].map(|model| model.body.rendered(t).expect("a body"));
+        assert!(a.operator().past(&b.operator().at_rest()).is_nan());
+    }
+}
