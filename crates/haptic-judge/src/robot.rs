@@ -167,19 +167,16 @@ impl Device<f64, 1> for PushedRobot {
     type Error = Infallible;
 
     fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
-        // One that has come to rest after a fault stands where it was.
-        match self.device.read() {
-            Ok(reading) => {
-                let t = self.device.robot().config().sample_time.0;
-                let tick = reading.tick.saturating_sub(self.begun);
-                self.last = Reading {
-                    tick,
-                    time_s: tick as f64 * t,
-                    position_m: reading.position_m,
-                };
-            }
-            Err(_) => self.last.tick += 1,
-        }
+        let (tick, position_m) = match self.device.read() {
+            Ok(reading) => (reading.tick.saturating_sub(self.begun), reading.position_m),
+            // One that has come to rest after a fault stands where it was.
+            Err(_) => (self.last.tick + 1, self.last.position_m),
+        };
+        self.last = Reading {
+            tick,
+            time_s: tick as f64 * self.device.robot().config().sample_time.0,
+            position_m,
+        };
         Ok(self.last)
     }
 
