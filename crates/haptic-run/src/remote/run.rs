@@ -18,7 +18,7 @@ use haptic_document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME
 use haptic_document::{Failure, Named};
 use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
 use haptic_loop::realtime::Fallback;
-use haptic_loop::{Controller, Environment, Tap, Workspace};
+use haptic_loop::{Controller, Environment, GuardRefused, Tap, Workspace};
 use haptic_message::TickMessage;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Companions, SerialError, SerialLink};
@@ -26,6 +26,7 @@ use haptic_trial::GuardChoice;
 use haptic_trial::drive_verdict::DriveVerdict;
 use haptic_trial::ending::ForceKeeper;
 use haptic_trial::preflight::{Findings, LoopJudge, MEASURED, delay_samples, note_findings};
+use haptic_trial::robot::RobotModel;
 use haptic_trial::safety::keys::{DEVICE_DAMPING, DEVICE_MASS};
 use haptic_trial::samples::RunStart;
 use haptic_trial::tick::TickRecord;
@@ -47,6 +48,8 @@ pub struct RemoteRun<'a, M = TickMessage> {
     pub force_unstable: bool,
     /// True to tare its force sensor while it is idle; a device that holds its handle from its first tick on is tared anyway.
     pub tares: bool,
+    /// The robot at a port, if the device moves: without it none is armed.
+    pub robot: Option<&'a RobotModel>,
     /// Known dynamics of a device at a port.
     pub dynamics: Option<Dynamics>,
     /// Folder and names of the files of the run.
@@ -82,6 +85,7 @@ impl<'a, M> RemoteRun<'a, M> {
             preflight: None,
             force_unstable: false,
             tares: false,
+            robot: None,
             dynamics: None,
             metadata: BTreeMap::new(),
         }
@@ -137,6 +141,7 @@ impl<'a, M> RemoteRun<'a, M> {
         let (patience, stop) = (device.patience, Some(supervisor.stop));
         let mut link = (device.name).connect_with(D, patience, supervisor.warn, stop)?;
         device.calibrate(&mut link)?;
+        self.may_move(&mut link)?;
         let path = link.path().to_owned();
         let holds = self.law.controller.is_some();
         let problem = |error: SerialError| match error.is_refusal() {
@@ -252,7 +257,7 @@ impl<'a, M: TickRecord> Ready<'a, M> {
         record.lateness = Some(self.device.lateness());
         record.keeper = ForceKeeper {
             served: self.link.is_served(),
-            alone: self.link.capabilities().lets_go_alone,
+            alone: self.link.capabilities().lets_go_alone.lets_go,
         };
         record.not_realtime = raised(&self.link, self.schedule);
         if partner.as_ref().is_some_and(|partner| !partner.is_drive()) {
@@ -322,6 +327,21 @@ fn raised(link: &SerialLink, schedule: Schedule) -> Option<String> {
 }
 
 impl<M> RemoteRun<'_, M> {
+    /// A device that moves needs its robot, and no passivity guard.
+    fn may_move(&self, link: &mut SerialLink) -> Result<(), Failure> {
+        if !link.capabilities().lets_go_alone.moves {
+            return Ok(());
+        }
+        if self.law.guard.0 != GuardChoice::Off {
+            return Err(Failure::input(GuardRefused));
+        }
+        if self.robot.is_none() {
+            return Err(Failure::input(LinkError::UnknownRobot));
+        }
+        link.knows_robot();
+        Ok(())
+    }
+
     /// Looks at the loop before it is closed, and notes what it saw; `None` if it cannot be judged.
     fn preflight(
         &mut self,
