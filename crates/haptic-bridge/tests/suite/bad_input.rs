@@ -20,6 +20,8 @@ pub(crate) fn device(name: &CStr) -> HbDevice {
         watchdog_ms: 0,
         sensed_force_max_n: 0.0,
         serial_number: ptr::null(),
+        takes: HB_FORCE,
+        robot: ptr::null(),
     }
 }
 
