@@ -17,6 +17,7 @@ pub(crate) mod wall;
 use haptic_document::parameters::{KeyTable, ON_DEVICE};
 use haptic_judge::coupler as judged;
 use haptic_trial::keys;
+use haptic_trial::robot::ADMITTANCE;
 use haptic_trial::safety::keys::SAFETY;
 use kind::{Companion, Kind};
 pub use teleoperation::{End, FarReport, Terms};
@@ -38,25 +39,25 @@ const ALL: &[Kind] = &[
         name: "relax",
         keys: &[RELAXATION, RENDERING, DEVICE, CHAIN],
         companion: Companion::Drive,
-        read: |table, drive| Ok(Box::new(indentation::relax(table, drive)?)),
+        read: |table, beside| Ok(Box::new(indentation::relax(table, beside.drive)?)),
     },
     Kind {
         name: "creep",
         keys: &[CREEP, RENDERING, DEVICE, CHAIN],
         companion: Companion::Drive,
-        read: |table, drive| Ok(Box::new(indentation::creep(table, drive)?)),
+        read: |table, beside| Ok(Box::new(indentation::creep(table, beside.drive)?)),
     },
     Kind {
         name: "wall",
         keys: keys::wall::WALL_TABLES,
         companion: Companion::DriveAndDeviceFile,
-        read: |table, drive| Ok(Box::new(wall::wall(table, drive)?)),
+        read: |table, beside| Ok(Box::new(wall::wall(table, beside)?)),
     },
     Kind {
         name: "coupler",
         keys: &[COUPLER_REQUIRED, COUPLER, DEVICE, CHAIN],
         companion: Companion::DriveAndDeviceFile,
-        read: |table, drive| Ok(Box::new(coupler::coupler(table, drive)?)),
+        read: |table, beside| Ok(Box::new(coupler::coupler(table, beside)?)),
     },
     Kind {
         name: "teleoperation",
@@ -75,7 +76,7 @@ const ALL: &[Kind] = &[
         name: "press",
         keys: &[PRESS, DEVICE, CHAIN],
         companion: Companion::DriveAndDeviceFile,
-        read: |table, drive| Ok(Box::new(press::press(table, drive)?)),
+        read: |table, beside| Ok(Box::new(press::press(table, beside.drive)?)),
     },
 ];
 
@@ -87,6 +88,10 @@ pub(crate) const HEADINGS: &[KeyTable] = &[
     (
         "[drive], beside [relax], [creep], [press], [wall] or [coupler]",
         keys::drive::DRIVE,
+    ),
+    (
+        "[admittance], beside [wall], or in a device file",
+        keys::admittance::ADMITTANCE_TABLE,
     ),
     ("[wall], required", keys::wall::WALL_REQUIRED),
     ("[wall]", keys::wall::WALL),
@@ -113,6 +118,9 @@ pub const KINDS: [&str; ALL.len()] = {
 /// The table beside an experiment that a controller drives.
 pub const DRIVE_TABLE: &str = "drive";
 
+/// Tables that may stand beside an experiment.
+pub const BESIDE: [&str; 2] = [DRIVE_TABLE, ADMITTANCE];
+
 /// The kind of this name.
 pub(crate) fn find(name: &str) -> Option<&'static Kind> {
     ALL.iter().find(|kind| kind.name == name)
@@ -122,6 +130,7 @@ pub(crate) fn find(name: &str) -> Option<&'static Kind> {
 pub(crate) fn tables(name: &str) -> Option<&'static [KeyTable]> {
     match name {
         DRIVE_TABLE => Some(&[(DRIVE_TABLE, keys::drive::DRIVE)]),
+        ADMITTANCE => Some(&[(ADMITTANCE, keys::admittance::ADMITTANCE_TABLE)]),
         _ => find(name).map(|kind| kind.keys),
     }
 }

@@ -28,6 +28,7 @@ use haptic_document::parameters::{
 };
 use haptic_document::{Document, Failure, FileError, IN_LOG, Table, choice, parameters as p};
 use haptic_judge::modelled_tissue::TissuePiece;
+use haptic_judge::setup::Beside;
 use haptic_judge::tissue_table::piece;
 use haptic_log::record::add_verdict;
 use haptic_message::TickMessage;
@@ -37,7 +38,10 @@ use haptic_run::folder::FolderRequest;
 use haptic_run::schedule::Pace;
 use haptic_trial::device_table::{device_text, with_devices};
 use haptic_trial::tick::KeptSample;
-use parameters::{AT_A_DEVICE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind, takes_device};
+use parameters::{
+    ADMITTANCE_TABLE, AT_A_DEVICE, BESIDE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind,
+    takes_device,
+};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -79,8 +83,7 @@ impl ExperimentFile {
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
         let words = choice(&KINDS);
-        let (name, table, mut tables) =
-            document.one_of(&KINDS, &[DRIVE_TABLE], "experiment", &words)?;
+        let (name, table, mut tables) = document.one_of(&KINDS, &BESIDE, "experiment", &words)?;
         let drive = tables.remove(DRIVE_TABLE);
         let kind = experiment::find(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
         let table = table.with_keys(kind.keys)?;
@@ -93,7 +96,20 @@ impl ExperimentFile {
         let drive = drive
             .map(|drive| drive.with_keys(&of_kind(DRIVE_TABLE)))
             .transpose()?;
-        (kind.read)(&table, drive.as_ref()).map(Self)
+        let admittance = tables.remove(ADMITTANCE_TABLE);
+        if let Some(admittance) = admittance.as_ref().filter(|_| name != "wall") {
+            return Err(admittance.fail(format_args!(
+                "[{ADMITTANCE_TABLE}] stands beside [wall], not [{name}]: omit it"
+            )));
+        }
+        let admittance = admittance
+            .map(|admittance| admittance.with_keys(&of_kind(ADMITTANCE_TABLE)))
+            .transpose()?;
+        let beside = Beside {
+            drive: drive.as_ref(),
+            admittance: admittance.as_ref(),
+        };
+        (kind.read)(&table, beside).map(Self)
     }
 
     /// The number of samples.
@@ -296,7 +312,7 @@ impl DocumentOfKind for Document {
         let kind = self.kind()?;
         let parsed = self.parse()?;
         let mut text = String::new();
-        for (name, table) in parsed.tables(&[kind, DRIVE_TABLE], "")? {
+        for (name, table) in parsed.tables(&[kind, DRIVE_TABLE, ADMITTANCE_TABLE], "")? {
             text += &format!("[{name}]\n");
             for parameter in known(name) {
                 // A device file overrides these keys, which are then not read.
@@ -314,7 +330,7 @@ impl DocumentOfKind for Document {
         let mut keep = |key: &str, value: String| provenance.insert(key.to_owned(), value);
         keep("experiment", kind.to_owned());
         let parsed = self.parse()?;
-        for (name, table) in parsed.tables(&[kind, DRIVE_TABLE], "")? {
+        for (name, table) in parsed.tables(&[kind, DRIVE_TABLE, ADMITTANCE_TABLE], "")? {
             let table = above_device(name, table)?;
             for parameter in known(name) {
                 if let Some(value) = in_words(&table, parameter)? {
@@ -341,7 +357,9 @@ impl DocumentOfKind for Document {
         let then = read(self).ok().filter(|_| !self.logged().is_empty())?;
         // Of files that cannot be read any more there is nothing.
         let today = read(&today).unwrap_or_default();
-        let mut known = [self.kind().ok()?, DRIVE_TABLE].into_iter().flat_map(known);
+        let mut known = [self.kind().ok()?, DRIVE_TABLE, ADMITTANCE_TABLE]
+            .into_iter()
+            .flat_map(known);
         let changed = |entry| then.get(entry) != today.get(entry);
         let Parameter { key, .. } = known.find(|known| known.in_log.is_some_and(changed))?;
         Some(format!(

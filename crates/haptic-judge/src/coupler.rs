@@ -27,7 +27,7 @@
 use crate::preflight::softer;
 use crate::pushed_trial::{PushedTrial, six_digits};
 use crate::settling::Settling;
-use crate::setup::{TrialParts, TrialSetup, setup};
+use crate::setup::{Beside, TrialParts, TrialSetup, setup};
 use crate::tissue_table::scheme;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
@@ -113,10 +113,10 @@ pub struct CouplerTrial {
 /// A missing or wrong key, or values of which no loop can be made: with file and line.
 pub fn coupler(
     table: &Table<'_>,
-    drive: Option<&Table<'_>>,
+    beside: Beside<'_>,
     at_port: [Option<LoopMode>; 2],
 ) -> Result<CouplerTrial, FileError> {
-    let setup = setup(table, &COUPLER_MUST_BE_STABLE, drive, at_port)?;
+    let setup = setup(table, &COUPLER_MUST_BE_STABLE, beside, at_port)?;
     let order = table.order(&COUPLER_ORDER)?;
     let run = deflection_order(order).map_err(|error| table.fail_at("order", error))?;
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
@@ -351,6 +351,7 @@ impl CouplerTrial {
                 corollary_damping_n_s_per_m: coupler.corollary_damping(),
                 sampled_damping_n_s_per_m: sampled,
             }),
+            robot: None,
         })
     }
 }

@@ -15,6 +15,7 @@ pub mod preflight;
 pub mod pushed;
 pub mod pushed_trial;
 pub mod reference;
+pub mod robot;
 pub mod sensed;
 pub mod settling;
 pub mod setup;

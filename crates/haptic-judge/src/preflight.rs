@@ -381,6 +381,7 @@ impl Preflight<'_> {
             alpha: wall.alpha,
             beta: wall.beta,
             coupler: None,
+            robot: None,
         })
     }
 }

@@ -14,6 +14,7 @@
 //! - *At ports* each device has a chain and a thread of its own, see `haptic-run`; the second may only push
 //!   within its lasting limits of force, workspace and speed.
 
+use crate::robot::PushedRobot;
 use crate::trial::{TrialPlan, force_and_rate};
 use fracdiff::parameter::Shown;
 use haptic_document::parameters::Parameter;
@@ -215,14 +216,17 @@ pub enum Pushed {
     Alone(Box<MassDamper<1>>),
     /// A second device pushes it.
     Pair(Box<PushedPair>),
+    /// A robot, which a hand pushes.
+    Robot(Box<PushedRobot>),
 }
 
 impl Pushed {
-    /// Reason why a second device pushes no more.
-    fn ended(&self) -> Option<Ending> {
+    /// Reason why a second device pushes no more, or a robot stands still.
+    pub(crate) fn ended(&self) -> Option<Ending> {
         match self {
             Self::Alone(_) => None,
             Self::Pair(pair) => pair.pusher.state.fault().map(Ending::Fault),
+            Self::Robot(robot) => robot.ended(),
         }
     }
 
@@ -230,14 +234,16 @@ impl Pushed {
     fn is_at_rest(&self) -> bool {
         match self {
             Self::Alone(_) => true,
+            Self::Robot(robot) => !robot.moves(),
             Self::Pair(pair) => pair.pusher.state.is_at_rest(),
         }
     }
 
-    /// Lets the force of a second device fall to zero.
+    /// Lets the force of a second device fall to zero, and a robot come to rest.
     fn stop(&mut self) {
         match self {
             Self::Alone(_) => {}
+            Self::Robot(robot) => Device::stop(robot.as_mut()),
             Self::Pair(pair) => pair.pusher.state.stop(),
         }
     }
@@ -249,6 +255,7 @@ impl Device<f64, 1> for Pushed {
     fn read(&mut self) -> Result<Reading<f64, 1>, Infallible> {
         match self {
             Self::Alone(device) => device.read(),
+            Self::Robot(robot) => robot.read(),
             Self::Pair(pair) => Ok(Reading {
                 tick: pair.tick,
                 time_s: pair.tick as f64 * pair.sample_time.0,
@@ -260,6 +267,7 @@ impl Device<f64, 1> for Pushed {
     fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
         let pair = match self {
             Self::Alone(device) => return device.write(force),
+            Self::Robot(robot) => return robot.write(force),
             Self::Pair(pair) => pair,
         };
         let push = pair.pusher.push(pair.world.position(FacingSide::Indenter));
@@ -271,15 +279,27 @@ impl Device<f64, 1> for Pushed {
         pair.tick += 1;
         Ok(())
     }
+
+    fn stop(&mut self) {
+        if let Self::Robot(robot) = self {
+            robot.stop();
+        }
+    }
+
+    fn moves(&self) -> bool {
+        matches!(self, Self::Robot(robot) if robot.moves())
+    }
 }
 
 impl Instrumented for Pushed {
     type Message = TickMessage;
 
-    /// Values of a device alone; of a pair, the place of the second device and the force between both.
+    /// Values of a device alone; of a pair, the place of the second device and the force between both; of a robot, its own place and the force of
+    /// the hand.
     fn observe(&self) -> TickMessage {
         match self {
             Self::Alone(device) => device.observe(),
+            Self::Robot(robot) => robot.observe(),
             Self::Pair(pair) => TickMessage {
                 reference_m: 0.0.into(),
                 indenter_position_m: pair.world.position(FacingSide::Indenter).into(),

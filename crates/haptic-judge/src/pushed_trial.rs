@@ -11,9 +11,18 @@ use haptic_trial::preflight::PreflightVerdict;
 use serde::Serialize;
 use serde_json::Value;
 
-/// A trial of a wall at one speed.
+/// A trial of a wall at one speed, or of a robot in one hand.
 #[derive(Debug, Serialize)]
 pub struct Hit {
+    /// Mass of that hand, with the tool, kg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hand_mass_kg: Option<f64>,
+    /// Its damping, N·s/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hand_damping_n_s_per_m: Option<f64>,
+    /// Its stiffness, N/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hand_stiffness_n_per_m: Option<f64>,
     /// Speed of the hit, m/s.
     pub impact_m_per_s: f64,
     /// Verdict on the trial at this speed.
@@ -96,9 +105,17 @@ pub trait PushedTrial: Clone {
     /// As [`parts`](Self::parts): parameters of which no loop can be made.
     fn worst(&self, recorded: Settling) -> Result<(Settling, Vec<Hit>), Failure> {
         let mut all = vec![recorded];
+        let mut devices = vec![self.setup().device];
+        for setup in self.setup().in_other_hands() {
+            devices.push(setup.device);
+            let mut other = self.clone();
+            *other.setup_mut() = setup;
+            all.push(other.tried()?);
+        }
         for impact_m_per_s in self.hits() {
             let mut other = self.clone();
             other.setup_mut().plan.impact_m_per_s = impact_m_per_s;
+            devices.push(other.setup().device);
             all.push(other.named(other.tried()?)?);
         }
         let worse = |a: Settling, b: &Settling| if b.verdict > a.verdict { *b } else { a };
@@ -106,7 +123,14 @@ pub trait PushedTrial: Clone {
             noise_n: louder(all.iter().map(|settling| settling.noise_n)),
             ..all.iter().fold(recorded, worse)
         };
-        let hits = all.iter().filter(|_| all.len() > 1).map(|settling| Hit {
+        let is_robot = self.setup().robot.is_some();
+        let of_hand = |value: f64| is_robot.then_some(value);
+        let several = all.len() > 1;
+        let tried = all.iter().zip(&devices).filter(|_| several);
+        let hits = tried.map(|(settling, hand)| Hit {
+            hand_mass_kg: of_hand(hand.mass.0),
+            hand_damping_n_s_per_m: of_hand(hand.damping.0),
+            hand_stiffness_n_per_m: of_hand(hand.stiffness.0),
             impact_m_per_s: settling.impact_m_per_s,
             verdict: settling.verdict,
             peak_force_n: settling.peak_force_n,

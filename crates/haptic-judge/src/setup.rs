@@ -1,21 +1,25 @@
 //! All of a trial on a pushed device but the law that it feels: what a wall and a coupler share.
 
 use crate::pushed::{Pushed, SecondDevice, second};
+use crate::robot::PushedRobot;
 use crate::settling::{Criterion, Judge, Settling};
 use crate::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan, thrown, try_out};
 use fracdiff::parameter::Shown;
-use haptic_analysis::Dynamics;
+use haptic_analysis::{Dynamics, HandImpedance};
 use haptic_document::{Failure, FileError, Table, parameters as p};
 use haptic_link::LoopMode;
 use haptic_loop::plant::{MassDamperConfig, Sensed};
-use haptic_loop::units::Newtons;
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
 use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
 use haptic_trial::device_table::dynamics;
-use haptic_trial::device_table::{device, device_model, samples_fit};
+use haptic_trial::device_table::{device, device_model, encoder_step, robot, samples_fit};
 use haptic_trial::keys::trial::{IMPACT, PushBy, TRIAL_FORCE_RATE_LIMIT};
+use haptic_trial::robot::RobotModel;
 use haptic_trial::safe_chain::safe_chain;
+use haptic_trial::safety::keys::GUARD;
 use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use haptic_trial::{DeviceModel, Sensors};
+use std::sync::Arc;
 
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]
@@ -28,6 +32,8 @@ pub struct TrialSetup {
     pub plan: TrialPlan,
     /// The device that pushes it, if that is a second one.
     pub second: Option<SecondDevice>,
+    /// The robot that a hand pushes in place of the device, which is that hand then, with the tool.
+    pub robot: Option<Arc<RobotModel>>,
     /// True if the run fails when the trial or the analysis finds it unstable, or a coupler does
     /// not meet Llewellyn's criterion.
     pub must_be_stable: bool,
@@ -65,6 +71,8 @@ impl<E: Environment<f64, 1>> TrialParts<E> {
     pub fn tried(mut self) -> Settling {
         let (device, judge) = (&mut self.device, &mut self.judge);
         let whole = try_out(&mut self.controller, device, self.samples, judge);
+        // A robot that has stopped stands still, which is no rest.
+        let whole = whole && device.device().ended().is_none();
         self.judge.settling(whole, self.rest_m)
     }
 }
@@ -77,6 +85,7 @@ impl TrialSetup {
             sensors,
             plan,
             second: None,
+            robot: None,
             must_be_stable: false,
             force_rate_limit_n_per_s: None,
             safety: Safety::default(),
@@ -133,12 +142,50 @@ impl TrialSetup {
     /// A device, or a sensor, outside its ranges.
     pub fn sensed(&self) -> Result<Sensed<Pushed>, Failure> {
         let plan = self.plan();
-        self.sensors.before(match &self.second {
-            None => Pushed::Alone(Box::new(thrown(self.device, &plan)?)),
-            Some(second) => {
+        self.sensors.before(match (&self.second, &self.robot) {
+            (None, None) => Pushed::Alone(Box::new(thrown(self.device, &plan)?)),
+            (None, Some(robot)) => {
+                let robot = PushedRobot::new(robot, self.hand(robot), plan.push_n)?;
+                Pushed::Robot(Box::new(robot))
+            }
+            (Some(second), _) => {
                 let pair = second.before(self.device, plan.push_n, &self.safety())?;
                 Pushed::Pair(Box::new(pair))
             }
+        })
+    }
+
+    /// Step of an encoder that is as coarse as the sensors, m: of a robot what the noise of its force sensor moves a spring, N/m, by.
+    pub fn step_m(&self, spring_n_per_m: f64) -> f64 {
+        match &self.robot {
+            Some(robot) if spring_n_per_m > 0.0 => {
+                robot.place.simulated.sensor_noise.0 / spring_n_per_m
+            }
+            Some(_) | None => encoder_step(self.sensors),
+        }
+    }
+
+    /// The hand of the trial on a robot.
+    fn hand(&self, robot: &RobotModel) -> HandImpedance {
+        HandImpedance {
+            mass_kg: self.device.mass.0 - robot.place.robot.tool_mass_kg(),
+            damping_n_s_per_m: self.device.damping.0,
+            stiffness_n_per_m: self.device.stiffness.0,
+        }
+    }
+
+    /// Trials of the robot in the other corners of its box of hands; none without a robot.
+    pub fn in_other_hands(&self) -> impl Iterator<Item = Self> {
+        let own = self.robot.as_deref().map(|robot| self.hand(robot));
+        let robot = self.robot.clone();
+        let hands = robot.into_iter().flat_map(|robot| {
+            let corners: Vec<_> = robot.place.corners().collect();
+            corners.into_iter().map(move |hand| (robot.clone(), hand))
+        });
+        let others = hands.filter(move |(_, hand)| Some(*hand) != own);
+        others.map(|(robot, hand)| Self {
+            device: held_by(&robot, hand),
+            ..self.clone()
         })
     }
 
@@ -191,8 +238,66 @@ fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> Gu
     }
 }
 
+/// The hand of a robot as the judge knows it, which reads the place of the command.
+fn held_by(robot: &RobotModel, hand: HandImpedance) -> MassDamperConfig {
+    MassDamperConfig {
+        mass: Kilograms(hand.mass_kg + robot.place.robot.tool_mass_kg()),
+        damping: NewtonSecondsPerMetre(hand.damping_n_s_per_m),
+        stiffness: NewtonsPerMetre(hand.stiffness_n_per_m),
+        sample_time: robot.place.simulated.sample_time,
+        delay: Seconds(0.0),
+        friction: Newtons(0.0),
+        saturation: None,
+        gain: 1.0,
+        current_lag: Seconds(0.0),
+    }
+}
+
+/// Keys of a device of forces, which a robot has not.
+const OF_FORCES: [p::Parameter; 10] = [
+    p::MASS,
+    p::DAMPING,
+    p::HAND_STIFFNESS,
+    p::DELAY,
+    p::CURRENT_LAG,
+    p::FRICTION,
+    p::ENCODER_RESOLUTION,
+    p::SENSOR_NOISE,
+    IMPACT,
+    p::PUSH_BY,
+];
+
+/// A robot in the largest hand of its box, at rest.
+fn robot_in_hand(
+    table: &Table<'_>,
+    robot: &RobotModel,
+    guard: GuardChoice,
+) -> Result<MassDamperConfig, FileError> {
+    if let Some(key) = OF_FORCES.iter().find(|key| table.has(key)) {
+        let key = key.key;
+        let reason = format!(
+            "{key} of [wall] has no effect on a robot that a hand pushes, whose keys are those of [admittance]: omit it"
+        );
+        return Err(table.fail_at(key, reason));
+    }
+    if guard != GuardChoice::Off {
+        let reason = "a guard needs a device that damps, which a robot does not: omit `guard`; [admittance] has limits of its own";
+        return Err(table.fail_at(GUARD.key, reason));
+    }
+    Ok(held_by(robot, robot.place.hand([1; 3])))
+}
+
 /// A guard counts the energy of the whole actuator, so it would take the push for energy of the wall.
 const PUSHED_WITH_GUARD: &str = "push_by = \"device\" pushes with the energy that a guard takes away: omit `guard`, or one of them";
+
+/// Tables beside that of a law.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Beside<'a> {
+    /// `[drive]`: a second device that pushes.
+    pub drive: Option<&'a Table<'a>>,
+    /// `[admittance]`: a robot that a hand pushes.
+    pub admittance: Option<&'a Table<'a>>,
+}
 
 /// Device, trial and safety, and whether an unstable trial is a failure; where the loop of the device is, and of the second one.
 ///
@@ -201,18 +306,38 @@ const PUSHED_WITH_GUARD: &str = "push_by = \"device\" pushes with the energy tha
 pub fn setup(
     table: &Table<'_>,
     must_be_stable: &p::Parameter,
-    drive: Option<&Table<'_>>,
+    beside: Beside<'_>,
     at_port: [Option<LoopMode>; 2],
 ) -> Result<TrialSetup, FileError> {
     let sample_time_s = table.required(&p::SAMPLE_TIME)?;
     let duration_s = table.number(&p::TRIAL_DURATION)?;
     samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
-    let model = device_model(table)?;
-    for key in [&p::MASS, &p::DAMPING] {
-        table.required(key)?;
-    }
-    let (device, sensors) = device(table, sample_time_s)?;
+    let drive = beside.drive;
+    let robot = robot(table, beside.admittance, sample_time_s)?;
+    let safety = safety(table)?;
+    let model = match &robot {
+        Some(_) => None,
+        None => device_model(table)?,
+    };
+    let (device, sensors) = match &robot {
+        Some(robot) => {
+            if let Some(drive) = drive {
+                let reason = "[drive] pushes a device of forces, and a robot is pushed by a hand: omit [drive] or the robot";
+                return Err(drive.fail(reason));
+            }
+            (robot_in_hand(table, robot, safety.guard)?, Sensors::NONE)
+        }
+        None => {
+            for key in [&p::MASS, &p::DAMPING] {
+                table.required(key)?;
+            }
+            device(table, sample_time_s)?
+        }
+    };
     let mut plan = plan(table, duration_s)?;
+    if robot.is_some() {
+        plan = plan.starting_at_rest();
+    }
     let second = drive.map(|drive| second(drive, table, device, at_port, &plan));
     let second = second.transpose()?;
     if second.is_some() {
@@ -221,7 +346,6 @@ pub fn setup(
             ..plan.starting_at_rest()
         };
     }
-    let safety = safety(table)?;
     if plan.push_by == PushBy::Device && safety.guard != GuardChoice::Off {
         return Err(table.fail_at(p::PUSH_BY.key, PUSHED_WITH_GUARD));
     }
@@ -232,6 +356,7 @@ pub fn setup(
         safety,
         at_port: at_port[0],
         second,
+        robot: robot.map(Arc::new),
         impact_was_given: table.number_if(&IMPACT)?.is_some(),
         known: written(table, &device, sensors).or(of_file),
         ..TrialSetup::new(device, sensors, plan)

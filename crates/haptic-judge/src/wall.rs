@@ -4,8 +4,9 @@ use crate::position_controller::PositionController;
 use crate::position_law::PositionLaw;
 use crate::preflight::{Preflight, WallContact};
 use crate::pushed_trial::{PushedTrial, six_digits};
+use crate::robot;
 use crate::settling::Settling;
-use crate::setup::{TrialParts, TrialSetup, setup};
+use crate::setup::{Beside, TrialParts, TrialSetup, setup};
 use crate::tissue_table::scheme;
 use crate::trial::{VirtualWall, thrown, wall_at_start};
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
@@ -72,10 +73,10 @@ pub fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
 /// A missing or wrong key, or values of which no loop can be made: with file and line.
 pub fn wall(
     table: &Table<'_>,
-    drive: Option<&Table<'_>>,
+    beside: Beside<'_>,
     at_port: [Option<LoopMode>; 2],
 ) -> Result<WallTrial, FileError> {
-    let setup = setup(table, &MUST_BE_STABLE, drive, at_port)?;
+    let setup = setup(table, &MUST_BE_STABLE, beside, at_port)?;
     let order = table.order(&ORDER)?;
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
     let scheme = scheme(table, None, order, t, duration_s)?;
@@ -236,7 +237,13 @@ impl PushedTrial for WallTrial {
         dynamics: Dynamics,
         line: usize,
     ) -> Result<PreflightVerdict, Failure> {
-        self.look(samples).proved(dynamics, line)
+        let look = self.look(samples);
+        let Some(robot) = &self.setup.robot else {
+            return look.proved(dynamics, line);
+        };
+        let operator = look.loop_operator()?;
+        let gains = [self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m];
+        robot::verdict(robot, robot::world(&operator, gains), line)
     }
 
     fn tried(&self) -> Result<Settling, Failure> {
@@ -244,7 +251,7 @@ impl PushedTrial for WallTrial {
             return self.parts_of(controller).map(TrialParts::tried);
         }
         let mut parts = self.parts()?;
-        if self.setup.second.is_some() {
+        if self.setup.second.is_some() || self.setup.robot.is_some() {
             return Ok(parts.tried());
         }
         // A design tries hundreds of walls alone on the device: by the loop that is compiled for them, optimised in every build.
@@ -299,7 +306,8 @@ impl PushedTrial for WallTrial {
             None => t.rate_to_the(self.order).map_err(Failure::input)?,
         };
         let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
-        let (known, step_m) = (&self.setup.device, encoder_step(self.setup.sensors));
+        let known = &self.setup.device;
+        let step_m = self.setup.step_m(k + known.stiffness.0);
         let step = k + b * rate;
         let judge = plan.judge(k + known.stiffness.0, step, step_m, t.0);
         let judge = judge.tapped(self.tapped().as_ref(), step_m, step);

@@ -50,7 +50,13 @@ const DEGREES: Quantity = ("an angle", &[("deg", 1.0), ("°", 1.0), ("rad", 1.0 
 const SPEED: Quantity = ("a speed", &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3)]);
 const ACCELERATION: Quantity = (
     "an acceleration",
-    &[("m/s²", 1.0), ("m/s^2", 1.0), ("m/s2", 1.0), ("mm/s²", 1e-3), ("mm/s^2", 1e-3)],
+    &[
+        ("m/s²", 1.0),
+        ("m/s^2", 1.0),
+        ("m/s2", 1.0),
+        ("mm/s²", 1e-3),
+        ("mm/s^2", 1e-3),
+    ],
 );
 #[rustfmt::skip]
 const SIZE: Quantity = ("a size",

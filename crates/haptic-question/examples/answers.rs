@@ -7,6 +7,7 @@
 
 use haptic_document::{Document, Failure};
 use haptic_judge::pushed_trial::PushedTrial as _;
+use haptic_judge::setup::Beside;
 use haptic_judge::wall::wall;
 use haptic_question::analysis::{Analysis, tables};
 use haptic_question::bench::BENCH;
@@ -78,7 +79,9 @@ fn analysed(text: &str) -> Result<Value, Failure> {
     let stop = AtomicBool::new(false);
     if kind == "wall" {
         let table = with_devices(table.with_keys(WALL_TABLES)?)?;
-        return Ok(json!(wall(&table, None, [None, None])?.settled()?));
+        return Ok(json!(
+            wall(&table, Beside::default(), [None, None])?.settled()?
+        ));
     }
     if kind == "zwidth" {
         let table = with_devices(table.with_keys(&[("", ZWIDTH), ("", BENCH)])?)?;

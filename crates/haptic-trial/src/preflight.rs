@@ -2,6 +2,7 @@
 
 use crate::drive_verdict::DriveVerdict;
 use crate::flat::flat;
+use crate::keys::admittance::{BODY_DAMPING, BODY_INERTANCE};
 use haptic_analysis::Dynamics;
 use haptic_document::Failure;
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE};
@@ -77,6 +78,16 @@ pub struct CouplerVerdict {
     pub sampled_damping_n_s_per_m: Option<f64>,
 }
 
+/// Verdict on a robot in each hand of its box, at each wall from free space to the one that is asked for. Keys of reports and, with
+/// `preflight.robot.` before them, of the log's metadata.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RobotVerdict {
+    /// True if all of them are proved stable, false if one of them is not stable; null if the proof did not end.
+    pub every_hand: Option<bool>,
+    /// Factor on the virtual body, up to 1000, with which all of them are proved; null if none is.
+    pub least_body_factor: Option<f64>,
+}
+
 /// Findings of the pre-flight. Keys of reports and, with `preflight.` before them, of the log's metadata.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PreflightVerdict {
@@ -114,6 +125,10 @@ pub struct PreflightVerdict {
     /// those of the sampled port with any object, α = `k_c`T/m and β = `b_c`T^(1+μ)/m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coupler: Option<CouplerVerdict>,
+    /// Verdict on a robot that a hand pushes. Then `stable` is that of its whole box of hands, `margin` the factor on K and B up to which the
+    /// box is proved; α, β and δ are of a device of forces, and null.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotVerdict>,
 }
 
 /// Rounded up, so that the printed number suffices.
@@ -139,6 +154,33 @@ impl CouplerVerdict {
     }
 }
 
+impl RobotVerdict {
+    fn words(&self) -> &'static str {
+        match self.every_hand {
+            Some(true) => "stable in every hand of the box, proved",
+            Some(false) => "unstable in a hand of the box",
+            None => "not proved for every hand of the box",
+        }
+    }
+
+    /// The changes that help, as the end of a sentence.
+    fn advice(&self, margin: Option<f64>) -> String {
+        let body = self.least_body_factor.map(|factor| {
+            let factor = (factor * 1e3).ceil() / 1e3;
+            format!("a body {factor} times as heavy and damped ({BODY_INERTANCE}, {BODY_DAMPING})")
+        });
+        let wall = margin.map(|factor| {
+            let factor = (factor * 1e3).floor() / 1e3;
+            format!("a softer K and less B, both {factor} times as large or smaller")
+        });
+        match (body, wall) {
+            (Some(body), Some(wall)) => format!("use {body}, {wall}, or softer hands"),
+            (Some(one), None) | (None, Some(one)) => format!("use {one}, or softer hands"),
+            (None, None) => "no heavier body is proved: ask for softer hands".to_owned(),
+        }
+    }
+}
+
 impl PreflightVerdict {
     /// Refuses what is unstable, and what Llewellyn refuses, unless it is forced.
     ///
@@ -148,6 +190,13 @@ impl PreflightVerdict {
         let refused = self.coupler.filter(|coupler| !coupler.llewellyn);
         if force || (self.stable && refused.is_none()) {
             return Ok(());
+        }
+        if let Some(robot) = &self.robot {
+            return Err(Failure::bad_input(format_args!(
+                "pre-flight: this robot is {}: {}, or run it anyway with {FORCE_UNSTABLE}",
+                self.numbers(),
+                robot.advice(self.margin)
+            )));
         }
         let smaller = |factor: f64| {
             let factor = (factor * 1e3).floor() / 1e3;
@@ -204,7 +253,8 @@ impl PreflightVerdict {
                 self.numbers()
             ));
         }
-        if guarded {
+        // A robot with a dead time is never passive.
+        if guarded || self.robot.is_some() {
             return None;
         }
         if let Some(coupler) = self.coupler {
@@ -242,6 +292,9 @@ impl PreflightVerdict {
     #[must_use]
     pub fn line(&self) -> String {
         let numbers = self.numbers();
+        if self.robot.is_some() {
+            return numbers;
+        }
         let Some(coupler) = self.coupler else {
             let word = match (self.stable, self.passive) {
                 (false, _) => "unstable by the analysis",
@@ -279,6 +332,13 @@ impl PreflightVerdict {
             None if self.stable => "any".to_owned(),
             None => "none".to_owned(),
         };
+        if let Some(robot) = &self.robot {
+            return format!(
+                "{}, delay {} samples, margin {margin} on the wall",
+                robot.words(),
+                three_digits(self.delay_samples)
+            );
+        }
         let lag = if self.current_lag_s > 0.0 {
             format!(
                 ", current lag {} ms",

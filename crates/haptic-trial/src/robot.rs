@@ -19,6 +19,7 @@ use crate::keys::admittance::{
     ROBOT_NOISE, ROBOT_RANGE, TOOL_MASS,
 };
 use crate::plant_file::source_of;
+use fracdiff::parameter::Shown;
 use fracdiff::scheme::{Operator, OperatorHistory};
 use fracdiff::{Differintegrator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{
@@ -42,8 +43,6 @@ use std::path::Path;
 pub const ADMITTANCE: &str = "admittance";
 /// Memory for which the analysis designs an operator of all of the past, samples.
 const HORIZON: f64 = 1e6;
-/// A count of the simulated force sensor.
-pub const COUNT: Newtons = Newtons(0.01);
 
 /// A robot with its body, in its hands, within its limits.
 #[derive(Clone, Debug)]
@@ -275,9 +274,6 @@ impl RobotInHands {
             dead_time: Seconds(dead_time),
             sensor_lags: filter.lags,
             sensor_bandwidth: Hertz(filter.cutoff_hz),
-            sensor_range: Newtons(ROBOT_RANGE.default_number()),
-            sensor_noise: Newtons(ROBOT_NOISE.default_number()),
-            sensor_resolution: COUNT,
             ..SimulatedRobotConfig::of(Seconds(t), turns, RobotHand::relaxed())
         };
         let [mass, damping, stiffness] =
@@ -416,11 +412,20 @@ impl RobotModel {
         let range = Newtons(table.number(&ROBOT_RANGE)?);
         place.simulated.sensor_range = range;
         place.simulated.sensor_noise = Newtons(table.number(&ROBOT_NOISE)?);
+        let [low, high] = [table.number(&MOTION_LOW)?, table.number(&MOTION_HIGH)?];
+        if low >= high {
+            let reason = format!(
+                "motion_low_m = {} is not below motion_high_m = {}: exchange them",
+                Shown(low),
+                Shown(high)
+            );
+            return Err(table.fail_at(MOTION_LOW.key, reason));
+        }
         let limits = MotionLimits::of(
             MetresPerSecond(table.number(&MOTION_SPEED)?),
             MetresPerSecondSquared(table.number(&MOTION_ACCELERATION)?),
-            [Metres(table.number(&MOTION_LOW)?)],
-            [Metres(table.number(&MOTION_HIGH)?)],
+            [Metres(low)],
+            [Metres(high)],
             range,
         );
         let checked: Result<MotionChain<f64, 1>, LoopParameterError> =
@@ -474,7 +479,7 @@ mod tests {
             assert!(refused.contains(key), "{refused}");
         }
         let ends = read(&format!("{ROBOT}motion_low_m = 0.4\n")).expect_err("ends");
-        assert!(ends.to_string().contains("workspace"), "{ends}");
+        assert!(ends.to_string().contains("motion_low_m = 0.4"), "{ends}");
     }
 
     #[test]

@@ -12,7 +12,8 @@ use haptic_document::{Document, short};
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::{
-    AT_A_DEVICE, DRIVE_TABLE, KINDS, Parameter, QUESTIONS, Value as Kind, choices, of_kind,
+    ADMITTANCE_TABLE, AT_A_DEVICE, BESIDE, DRIVE_TABLE, KINDS, Parameter, QUESTIONS, Value as Kind,
+    choices, of_kind,
 };
 use haptic_quantity::{doubt, kind_of_key, parse_for_key, without_unit};
 use haptic_trial::DeviceModel;
@@ -46,6 +47,9 @@ pub(crate) fn names(command: &str) -> Vec<&'static str> {
         .any(|kind| ["relax", "creep", "press"].contains(kind))
     {
         kinds.push(DRIVE_TABLE);
+    }
+    if command == "run" {
+        kinds.push(ADMITTANCE_TABLE);
     }
     let tables = kinds.into_iter().flat_map(of_kind);
     let parameters = tables.flat_map(|(_, table)| table);
@@ -263,12 +267,11 @@ fn refused(shown: &str, error: String) -> Failure {
 
 /// The table of a document that has this key.
 fn table_of<'k>(kind: &'k str, parameter: &Parameter) -> &'k str {
-    let drive = of_kind(DRIVE_TABLE);
-    if drive.iter().any(|(_, table)| table.contains(parameter)) {
-        DRIVE_TABLE
-    } else {
-        kind
-    }
+    let has = |name: &&&str| {
+        let tables = of_kind(name);
+        tables.iter().any(|(_, table)| table.contains(parameter))
+    };
+    BESIDE.iter().find(has).copied().unwrap_or(kind)
 }
 
 /// The parameter of this key, or of this key without its unit, with the heading of its table before it or without.
@@ -278,7 +281,9 @@ fn found(kind: &str, written: &str) -> Option<Parameter> {
         None => (None, written),
     };
     let key = key.replace('-', "_");
-    let tables = of_kind(kind).into_iter().chain(of_kind(DRIVE_TABLE));
+    let tables = of_kind(kind)
+        .into_iter()
+        .chain(BESIDE.into_iter().flat_map(of_kind));
     let tables =
         tables.filter(|(name, _)| heading.is_none_or(|heading| [*name, kind].contains(&heading)));
     let parameters: Vec<Parameter> = tables.flat_map(|(_, table)| table).copied().collect();

@@ -3,8 +3,9 @@
 use super::trial::{Conducted, OfSample, OffN, Trial, conducted, incomparable, law_of, limited};
 use fracdiff::Order;
 use haptic_document::{Failure, FileError, Table};
-pub(crate) use haptic_judge::coupler::CouplerTrial;
+use haptic_judge::coupler::CouplerTrial;
 use haptic_judge::reference::{ReferenceSeries, ReferenceWeights, operator};
+pub(crate) use haptic_judge::setup::Beside;
 use haptic_run::Ran;
 use haptic_run::remote::RemoteLaw;
 use haptic_trial::GuardChoice;
@@ -15,10 +16,10 @@ pub(crate) type CouplerExperiment = Conducted<CouplerTrial>;
 /// `[coupler]`: device, coupler, object and trial, with the table of a second device that pushes.
 pub(crate) fn coupler(
     table: &Table<'_>,
-    drive: Option<&Table<'_>>,
+    beside: Beside<'_>,
 ) -> Result<CouplerExperiment, FileError> {
-    conducted(table, drive, |at_port| {
-        haptic_judge::coupler::coupler(table, drive, at_port)
+    conducted(table, beside.drive, |at_port| {
+        haptic_judge::coupler::coupler(table, beside, at_port)
     })
 }
 

@@ -3,6 +3,7 @@
 use crate::judge::{Published, Report};
 use haptic_document::parameters::KeyTable;
 use haptic_document::{Failure, FileError, Table};
+use haptic_judge::setup::Beside;
 use haptic_link::LoopMode;
 use haptic_run::Watched;
 use haptic_run::remote::RemoteDevice;
@@ -11,8 +12,8 @@ use std::any::Any;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
-/// Makes an experiment of its own table and that of the drive beside it.
-type Read = fn(&Table<'_>, Option<&Table<'_>>) -> Result<Box<dyn Experiment>, FileError>;
+/// Makes an experiment of its own table and those beside it.
+type Read = fn(&Table<'_>, Beside<'_>) -> Result<Box<dyn Experiment>, FileError>;
 
 /// Facts of a kind before a document of it is read.
 pub(crate) struct Kind {

@@ -4,6 +4,7 @@ use super::trial::{Conducted, OffN, Trial, conducted, incomparable, law_of};
 use haptic_document::{Failure, FileError, Table};
 use haptic_judge::preflight::WallContact;
 use haptic_judge::reference::ReferenceWeights;
+use haptic_judge::setup::Beside;
 pub(crate) use haptic_judge::wall::WallTrial;
 use haptic_link::LoopMode;
 use haptic_run::Ran;
@@ -13,12 +14,9 @@ use haptic_run::remote::{RemoteLaw, portable};
 pub(crate) type WallExperiment = Conducted<WallTrial>;
 
 /// `[wall]`: device, wall and trial, with the table of a second device that pushes.
-pub(crate) fn wall(
-    table: &Table<'_>,
-    drive: Option<&Table<'_>>,
-) -> Result<WallExperiment, FileError> {
-    conducted(table, drive, |at_port| {
-        haptic_judge::wall::wall(table, drive, at_port)
+pub(crate) fn wall(table: &Table<'_>, beside: Beside<'_>) -> Result<WallExperiment, FileError> {
+    conducted(table, beside.drive, |at_port| {
+        haptic_judge::wall::wall(table, beside, at_port)
     })
 }
 

@@ -2,9 +2,10 @@
 
 pub use crate::experiment::press::keys::*;
 pub use crate::experiment::rendering::keys::*;
-pub use crate::experiment::{DRIVE_TABLE, KINDS};
+pub use crate::experiment::{BESIDE, DRIVE_TABLE, KINDS};
 pub use crate::question::QUESTIONS;
 pub use crate::question::calibration::{CALIBRATION, keys::*};
+pub use haptic_trial::robot::ADMITTANCE as ADMITTANCE_TABLE;
 
 pub use haptic_document::parameters::*;
 pub use haptic_question::analysis;

@@ -4,6 +4,7 @@ use super::*;
 use crate::coupler::{COUPLER, COUPLER_REQUIRED, coupler};
 use crate::pushed_trial::PushedTrial as _;
 use crate::settling::{Settling, TrialVerdict};
+use crate::setup::Beside;
 use crate::trial::TrialPlan;
 use crate::wall::{WallTrial, wall};
 use haptic_document::Document;
@@ -22,7 +23,7 @@ const COUPLER_TABLES: [KeyTable; 3] = [
 ];
 
 /// Reads the law of a table and its drive, both simulated.
-type Of<T> = fn(&Table<'_>, Option<&Table<'_>>, [Option<LoopMode>; 2]) -> Result<T, FileError>;
+type Of<T> = fn(&Table<'_>, Beside<'_>, [Option<LoopMode>; 2]) -> Result<T, FileError>;
 
 fn of_table<T>(text: &str, kind: &str, keys: &[KeyTable], of: Of<T>) -> Result<T, FileError> {
     let document = Document::of_text(Path::new("lab.toml"), text);
@@ -31,11 +32,12 @@ fn of_table<T>(text: &str, kind: &str, keys: &[KeyTable], of: Of<T>) -> Result<T
     let drive = beside
         .remove("drive")
         .map(|drive| drive.with_keys(&[("drive", DRIVE)]));
-    of(
-        &table.with_keys(keys)?,
-        drive.transpose()?.as_ref(),
-        [None, None],
-    )
+    let drive = drive.transpose()?;
+    let beside = Beside {
+        drive: drive.as_ref(),
+        admittance: None,
+    };
+    of(&table.with_keys(keys)?, beside, [None, None])
 }
 
 /// A wall of K, N/m, and B, N·s^μ/m, with further lines of `[wall]` and of `[drive]`.

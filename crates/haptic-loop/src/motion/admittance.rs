@@ -62,7 +62,7 @@ use thiserror::Error;
 /// assert!((depth - 3.0 / 1000.0).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Admittance<F, const D: usize, O, R>
 where
     F: Real,

@@ -42,6 +42,12 @@ pub(crate) fn opened(document: &Document) -> Result<Opened, Failure> {
             path.display()
         )));
     }
+    if table.contains_key(parameters::ADMITTANCE_TABLE) {
+        return Err(Failure::bad_input(format_args!(
+            "{}: on the page a hand moves a device of forces, and not the robot of [admittance]: omit [admittance], or start it in Runs",
+            path.display()
+        )));
+    }
     ExperimentFile::open(document)?;
     // All of its keys with their values, given or by default, those of its device file too.
     let mut metadata = BTreeMap::new();

@@ -13,7 +13,7 @@ mod trial;
 pub(crate) use moving::MovingDevice;
 
 use crate::analysis::admittance::best::{Best, bodies};
-use crate::analysis::admittance::moving::Around;
+use crate::analysis::admittance::moving::{Around, COUNT, NOISE};
 use crate::analysis::admittance::trial::trials;
 use crate::analysis::answer::{AdmittancePoint, Analysed, Drawn, StableHands, logarithmic};
 use crate::analysis::law::Law;
@@ -25,8 +25,7 @@ use haptic_analysis::{
 use haptic_document::{Failure, rows};
 use haptic_quantity::{digits, written};
 use haptic_trial::advice::analysed;
-use haptic_trial::keys::admittance::ROBOT_NOISE;
-use haptic_trial::robot::{BodyValues, COUNT};
+use haptic_trial::robot::BodyValues;
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
@@ -165,7 +164,7 @@ impl Judged<'_> {
             "trials": tried.map(|tried| tried.runs),
             "trials_reason": tried.map_or_else(
                 || "a world of several elements, or a controller, is not tried".to_owned(),
-                |_| format!("a tap in each corner of the hands, with {} of noise and counts of {}", written("noise_n", ROBOT_NOISE.default_number()), written("count_n", COUNT.0)),
+                |_| format!("a tap in each corner of the hands, with {} of noise and counts of {}", written("noise_n", NOISE.0), written("count_n", COUNT.0)),
             ),
             "settled_trials": tried.map(|tried| tried.settled),
         });

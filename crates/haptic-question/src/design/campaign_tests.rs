@@ -9,6 +9,7 @@ use crate::design::{DESIGN, WallDesign, reading};
 use crate::one_table::read;
 use fracdiff::Order;
 use haptic_judge::pushed_trial::PushedTrial as _;
+use haptic_judge::setup::Beside;
 use haptic_judge::wall::wall;
 use haptic_trial::device_table::dynamics;
 use haptic_trial::keys::wall::WALL_TABLES;
@@ -92,7 +93,7 @@ fn on_the_grid(design: &WallDesign, stiffest: f64) -> Option<String> {
 /// All that is wrong with an answer.
 fn wrong(design: &WallDesign, text: &str) -> Vec<String> {
     let wall = read(text, ("wall", WALL_TABLES), |table| {
-        wall(table, None, [None, None])
+        wall(table, Beside::default(), [None, None])
     });
     let law = (wall.stiffness_n_per_m, wall.dissipation_n_s_mu_per_m);
     let samples = wall.parts().expect("valid").samples;

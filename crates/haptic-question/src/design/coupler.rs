@@ -372,6 +372,7 @@ mod tests {
     use fracdiff::Seconds;
     use haptic_judge::coupler::{COUPLER, COUPLER_REQUIRED, coupler};
     use haptic_judge::pushed_trial::PushedTrial as _;
+    use haptic_judge::setup::Beside;
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
     use testkit::device::dissertation;
 
@@ -497,7 +498,7 @@ mod tests {
             let text = answer.experiment_text.expect("a best one");
             let keys = [("required", COUPLER_REQUIRED), ("coupler", COUPLER)];
             let coupler = read(&text, ("coupler", &keys), |table| {
-                coupler(table, None, [None, None])
+                coupler(table, Beside::default(), [None, None])
             });
             let settling = coupler.settled().expect("valid");
             assert_eq!(Some(settling), answer.simulated, "{text}");

@@ -47,7 +47,7 @@ parameters! {
     /// Range of the force sensor, N.
     ROBOT_RANGE = number("sensed_range_n", 100.0, "100N", FORCES_ABOVE_0, "Largest force that the sensor shows either way: half of it stops the robot");
     /// Noise of the force sensor, N.
-    ROBOT_NOISE = number("sensed_noise_n", 0.05, "50mN", FORCES, "Standard deviation of the noise of a simulated robot's sensor");
+    ROBOT_NOISE = number("sensed_noise_n", 0.0, "0", FORCES, "Standard deviation of the noise of a simulated robot's sensor");
 }
 
 /// Keys of a virtual body.

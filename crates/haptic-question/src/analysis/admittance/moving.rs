@@ -8,6 +8,7 @@ use crate::analysis::keys::{
 use crate::analysis::law::{Law, of_a_tissue_alone};
 use haptic_analysis::{AdmittanceBox, AdmittanceLoop, AdmittanceWorld, HandImpedance};
 use haptic_document::{Failure, Table, rows};
+use haptic_loop::plant::SimulatedRobotConfig;
 use haptic_loop::units::Newtons;
 use haptic_trial::keys::admittance::BODY;
 use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
@@ -53,6 +54,10 @@ fn world(table: &Table<'_>, t: f64) -> Result<Option<Law>, Failure> {
     Ok(Some(Law::of(table, Some(t))?.0))
 }
 
+/// Noise of the simulated force sensor, rms, and a count of it.
+pub(super) const NOISE: Newtons = Newtons(0.05);
+pub(super) const COUNT: Newtons = Newtons(0.01);
+
 impl MovingDevice {
     pub(crate) fn of(table: &Table<'_>) -> Result<Self, Failure> {
         let t = table.required(&ANALYSED_SAMPLE_TIME)?;
@@ -68,7 +73,12 @@ impl MovingDevice {
         let count = table.count_in(&POINTS, 2..=FREQUENCIES_MOST)?;
         let mut place = RobotInHands::of(table, t)?;
         // The trials meet no limit of the motion.
-        place.simulated.sensor_range = Newtons(1e9);
+        place.simulated = SimulatedRobotConfig {
+            sensor_range: Newtons(1e9),
+            sensor_noise: NOISE,
+            sensor_resolution: COUNT,
+            ..place.simulated
+        };
         let hands = place.hands;
         let body = if table.flag(&BEST_BODY)? {
             if let Some(key) = BODY.iter().find(|key| table.has(key)) {
