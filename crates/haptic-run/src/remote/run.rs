@@ -327,18 +327,23 @@ fn raised(link: &SerialLink, schedule: Schedule) -> Option<String> {
 }
 
 impl<M> RemoteRun<'_, M> {
-    /// A device that moves needs its robot, and no passivity guard.
+    /// A device that moves needs its robot, and no passivity guard; no other has a robot.
     fn may_move(&self, link: &mut SerialLink) -> Result<(), Failure> {
-        if !link.capabilities().lets_go_alone.moves {
-            return Ok(());
+        match (link.capabilities().lets_go_alone.moves, self.robot) {
+            (false, None) => {}
+            (false, Some(_)) => {
+                let reason = "[admittance] is of a robot that takes a velocity, and this device takes a force";
+                return Err(Failure::input_with_advice(
+                    reason,
+                    "give the device file of this one",
+                ));
+            }
+            (true, _) if self.law.guard.0 != GuardChoice::Off => {
+                return Err(Failure::input(GuardRefused));
+            }
+            (true, None) => return Err(Failure::input(LinkError::UnknownRobot)),
+            (true, Some(_)) => link.knows_robot(),
         }
-        if self.law.guard.0 != GuardChoice::Off {
-            return Err(Failure::input(GuardRefused));
-        }
-        if self.robot.is_none() {
-            return Err(Failure::input(LinkError::UnknownRobot));
-        }
-        link.knows_robot();
         Ok(())
     }
 
