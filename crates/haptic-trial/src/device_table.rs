@@ -150,9 +150,9 @@ fn is_robot(path: &Path, text: &str) -> Result<bool, FileError> {
     Parsed::of(path, text).map(|document| document.has(ADMITTANCE))
 }
 
-/// True of a table whose law may run on a robot.
+/// True of a table that may be of a robot.
 fn takes_robot(table: &Table<'_>) -> bool {
-    table.name == "wall"
+    ["wall", "analyze-admittance"].contains(&table.name)
 }
 
 /// The device of a file, which is no robot.

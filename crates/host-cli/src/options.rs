@@ -267,11 +267,13 @@ fn refused(shown: &str, error: String) -> Failure {
 
 /// The table of a document that has this key.
 fn table_of<'k>(kind: &'k str, parameter: &Parameter) -> &'k str {
-    let has = |name: &&&str| {
+    let has = |name: &str| {
         let tables = of_kind(name);
         tables.iter().any(|(_, table)| table.contains(parameter))
     };
-    BESIDE.iter().find(has).copied().unwrap_or(kind)
+    let beside = BESIDE.into_iter().find(|name| has(name));
+    // A question has the keys of a robot in its own table.
+    beside.filter(|_| KINDS.contains(&kind)).unwrap_or(kind)
 }
 
 /// The parameter of this key, or of this key without its unit, with the heading of its table before it or without.

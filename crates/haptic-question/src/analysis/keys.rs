@@ -134,7 +134,10 @@ pub const ADMITTANCE: &[KeyTable] = &[
         "Virtual body",
         &joined::<7>(&[BODY, &[BEST_BODY, HAND_MARGIN]]),
     ),
-    ("Robot", &joined::<7>(&[ROBOT, &[ANALYSED_SAMPLE_TIME]])),
+    (
+        "Robot",
+        &joined::<8>(&[&[DEVICE_MODEL], ROBOT, &[ANALYSED_SAMPLE_TIME]]),
+    ),
     ("Hands", PUSHING_HANDS),
     (
         "Wall, from free space on",

@@ -7,10 +7,12 @@ use crate::analysis::keys::{
 };
 use crate::analysis::law::{Law, of_a_tissue_alone};
 use haptic_analysis::{AdmittanceBox, AdmittanceLoop, AdmittanceWorld, HandImpedance};
+use haptic_document::parameters::DEVICE_MODEL;
 use haptic_document::{Failure, Table, rows};
 use haptic_loop::plant::SimulatedRobotConfig;
 use haptic_loop::units::Newtons;
-use haptic_trial::keys::admittance::BODY;
+use haptic_trial::device_table::robot;
+use haptic_trial::keys::admittance::{BODY, PUSHING_HANDS, ROBOT};
 use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
 use haptic_trial::robot::{BodyValues, RobotInHands};
 use serde_json::{Value, json};
@@ -71,7 +73,25 @@ impl MovingDevice {
             return Err(table.fail_at(FELT_HIGH.key, reason).into());
         }
         let count = table.count_in(&POINTS, 2..=FREQUENCIES_MOST)?;
-        let mut place = RobotInHands::of(table, t)?;
+        let known = robot(table, None, t)?;
+        let mut place = match &known {
+            Some(model) => {
+                let mut written = ROBOT.iter().chain(PUSHING_HANDS);
+                if let Some(key) = written.find(|key| table.has(key)) {
+                    let reason = format!(
+                        "the file of {DEVICE_MODEL} says it: change it there, or omit one of them"
+                    );
+                    return Err(table.fail_at(key.key, reason).into());
+                }
+                model.place.clone()
+            }
+            None if table.has(&DEVICE_MODEL) => {
+                let reason =
+                    "no [admittance] in it: a robot has its bandwidth, dead time and body there";
+                return Err(table.fail_at(DEVICE_MODEL.key, reason).into());
+            }
+            None => RobotInHands::of(table, t)?,
+        };
         // The trials meet no limit of the motion.
         place.simulated = SimulatedRobotConfig {
             sensor_range: Newtons(1e9),
@@ -93,7 +113,11 @@ impl MovingDevice {
                     format!("it has no effect without {BEST_BODY}: give that too, or omit it");
                 return Err(table.fail_at(HAND_MARGIN.key, reason).into());
             }
-            Some(BodyValues::of(table, t)?)
+            let is_given = BODY.iter().any(|key| table.has(key));
+            Some(match known {
+                Some(model) if !is_given => model.body,
+                Some(_) | None => BodyValues::of(table, t)?,
+            })
         };
         let asked = json!({
             "hand_mass_kg": hands[0],
