@@ -141,7 +141,11 @@ impl<'a, M> RemoteRun<'a, M> {
         let (patience, stop) = (device.patience, Some(supervisor.stop));
         let mut link = (device.name).connect_with(D, patience, supervisor.warn, stop)?;
         device.calibrate(&mut link)?;
-        self.may_move(&mut link)?;
+        let moves = link.capabilities().lets_go_alone.moves;
+        fits_motion(moves, self.robot.is_some(), self.law.guard.0)?;
+        if moves {
+            link.knows_robot();
+        }
         let path = link.path().to_owned();
         let holds = self.law.controller.is_some();
         let problem = |error: SerialError| match error.is_refusal() {
@@ -228,6 +232,22 @@ impl<M> Ready<'_, M> {
     pub(super) fn measured_delay_s(&self) -> f64 {
         let samples = delay_of(&self.link, self.device, self.schedule);
         samples as f64 * self.schedule.sample_time_s
+    }
+}
+
+/// A device that moves needs its robot, and no passivity guard; no other has a robot.
+fn fits_motion(moves: bool, is_known: bool, guard: GuardChoice) -> Result<(), Failure> {
+    match (moves, is_known) {
+        (false, false) => Ok(()),
+        (false, true) => {
+            let reason =
+                "[admittance] is of a robot that takes a velocity, and this device takes a force";
+            let advice = "give the device file of this one";
+            Err(Failure::input_with_advice(reason, advice))
+        }
+        (true, _) if guard != GuardChoice::Off => Err(Failure::input(GuardRefused)),
+        (true, false) => Err(Failure::input(LinkError::UnknownRobot)),
+        (true, true) => Ok(()),
     }
 }
 
@@ -327,26 +347,6 @@ fn raised(link: &SerialLink, schedule: Schedule) -> Option<String> {
 }
 
 impl<M> RemoteRun<'_, M> {
-    /// A device that moves needs its robot, and no passivity guard; no other has a robot.
-    fn may_move(&self, link: &mut SerialLink) -> Result<(), Failure> {
-        match (link.capabilities().lets_go_alone.moves, self.robot) {
-            (false, None) => {}
-            (false, Some(_)) => {
-                let reason = "[admittance] is of a robot that takes a velocity, and this device takes a force";
-                return Err(Failure::input_with_advice(
-                    reason,
-                    "give the device file of this one",
-                ));
-            }
-            (true, _) if self.law.guard.0 != GuardChoice::Off => {
-                return Err(Failure::input(GuardRefused));
-            }
-            (true, None) => return Err(Failure::input(LinkError::UnknownRobot)),
-            (true, Some(_)) => link.knows_robot(),
-        }
-        Ok(())
-    }
-
     /// Looks at the loop before it is closed, and notes what it saw; `None` if it cannot be judged.
     fn preflight(
         &mut self,
@@ -423,4 +423,27 @@ fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<St
         "watchdog_s",
         (f64::from(device.watchdog_ms()) * 1e-3).to_string(),
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_runs_with_its_file_and_without_a_guard_and_nothing_else_with_one() {
+        let off = GuardChoice::Off;
+        for (moves, is_known, guard, words) in [
+            (true, false, off, "device_model=robot.toml"),
+            (true, true, GuardChoice::Observer, "passivity guard"),
+            (true, true, GuardChoice::EnergyBounding, "passivity guard"),
+            (false, true, off, "takes a force"),
+        ] {
+            let refused = fits_motion(moves, is_known, guard).expect_err(words);
+            assert!(refused.to_string().contains(words), "{refused}");
+        }
+        for guard in [off, GuardChoice::Observer, GuardChoice::EnergyBounding] {
+            assert!(fits_motion(false, false, guard).is_ok());
+        }
+        assert!(fits_motion(true, true, off).is_ok());
+    }
 }
