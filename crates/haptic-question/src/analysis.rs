@@ -13,7 +13,8 @@ pub mod wall;
 use crate::analysis::admittance::MovingDevice;
 pub use crate::analysis::answer::{
     AdmittancePoint, Analysed, BodyPoint, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind,
-    Region, SensitivityPoint, StableHands, decibel, logarithmic, rate, sample_time_of,
+    Region, SensitivityPoint, StableBodies, StableHands, decibel, logarithmic, rate,
+    sample_time_of,
 };
 use crate::analysis::difference::Difference;
 use crate::analysis::felt::{CouplerNeed, Felt};

@@ -12,10 +12,12 @@ mod trial;
 
 pub(crate) use moving::MovingDevice;
 
-use crate::analysis::admittance::best::{Best, bodies};
+use crate::analysis::admittance::best::{Best, bodies, stable_inertances};
 use crate::analysis::admittance::moving::{Around, COUNT, NOISE};
 use crate::analysis::admittance::trial::trials;
-use crate::analysis::answer::{AdmittancePoint, Analysed, Drawn, StableHands, logarithmic};
+use crate::analysis::answer::{
+    AdmittancePoint, Analysed, Drawn, StableBodies, StableHands, logarithmic,
+};
 use crate::analysis::law::Law;
 use fracdiff::num_complex::Complex;
 use haptic_analysis::{
@@ -37,6 +39,10 @@ const BODIES: [f64; 2] = [0.01, 1e3];
 /// Springs of a map, from 1 N/m on.
 const SOFTEST: f64 = 1.0;
 const WALLS: usize = 49;
+/// Dampings of a map of bodies, so many times less and more than the body's own, which is drawn as at least 0.1 N·s/m.
+const DAMPINGS: usize = 25;
+const BODIES_AROUND: f64 = 20.0;
+const LEAST_DAMPING: f64 = 0.1;
 /// Frequencies at which the hand's port may give energy.
 const PASSIVE_POINTS: usize = 2000;
 
@@ -196,6 +202,7 @@ impl Judged<'_> {
             drawn: Some(Drawn::Admittance {
                 points,
                 stable: self.map(hand)?,
+                stable_bodies: self.bodies()?,
                 bodies: Vec::new(),
             }),
         })
@@ -332,6 +339,24 @@ impl Judged<'_> {
             })
         };
         self.frequencies_hz.iter().map(at).collect()
+    }
+
+    /// Inertances of the body that are stable in all corners, damping by damping, around its own.
+    fn bodies(&self) -> Result<StableBodies, Failure> {
+        let own = self.body.damping.max(LEAST_DAMPING);
+        let dampings = logarithmic(own / BODIES_AROUND, own * BODIES_AROUND, DAMPINGS);
+        let stable = dampings.map(|damping| {
+            let body = BodyValues {
+                damping,
+                ..self.body.clone()
+            };
+            Ok((damping, stable_inertances(self.around, &body, &[0.0, 1.0])?))
+        });
+        Ok(StableBodies {
+            order: self.body.operator.order().get(),
+            dampings: stable.collect::<Result<_, Failure>>()?,
+            body: [own, self.body.inertance],
+        })
     }
 
     /// Stiffnesses of a hand that are stable, spring by spring, and those that are asked for.

@@ -38,6 +38,8 @@ pub enum Drawn {
         points: Vec<AdmittancePoint>,
         /// The stiffnesses of a hand that are stable.
         stable: StableHands,
+        /// The virtual bodies that are stable.
+        stable_bodies: StableBodies,
         /// The best body of each kind and order, if they were sought.
         bodies: Vec<BodyPoint>,
     },
@@ -158,6 +160,17 @@ pub struct StableHands {
     pub hands_n_per_m: [f64; 2],
     /// The spring that was asked for, if the world is one.
     pub spring_n_per_m: Option<f64>,
+}
+
+/// The inertances of a body that are stable in each corner of the hands, in free space and in the world, over its damping.
+#[derive(Clone, Debug)]
+pub struct StableBodies {
+    /// α of the body.
+    pub order: f64,
+    /// Dampings, N·s/m, and the intervals of the inertance, N·s^(1+α)/m.
+    pub dampings: Vec<(f64, Vec<[f64; 2]>)>,
+    /// Damping and inertance of the body itself.
+    pub body: [f64; 2],
 }
 
 /// A frequency: differences over what a hand should notice, 1 at the threshold.

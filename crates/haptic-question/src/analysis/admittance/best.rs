@@ -235,26 +235,7 @@ fn best_of(
 /// The least inertance of this body that is proved. Those that are stable with a corner of the hands and a few worlds are intervals, often not up to
 /// the heaviest: a spring that acts late drives a heavy body. The proof for all hands and worlds begins at their common ones.
 fn least_inertance(around: &Around, body: &BodyValues) -> Result<Option<f64>, Failure> {
-    let most = [INERTANCE_LEAST, INERTANCE_MOST];
-    let mut common = vec![most];
-    for share in WORLDS {
-        let world = around.world().map(|world| AdmittanceWorld {
-            stiffness_n_per_m: share * world.stiffness_n_per_m,
-            dissipation_n_s_mu_per_m: share * world.dissipation_n_s_mu_per_m,
-            ..world
-        });
-        if world.is_none() && share > 0.0 {
-            break;
-        }
-        for hand in around.place.corners() {
-            if common.is_empty() {
-                break;
-            }
-            let subject = around.in_hand(body, hand, world)?;
-            let stable = subject.stable_values(AdmittanceNumber::Inertance, most);
-            common = both(&common, &stable);
-        }
-    }
+    let common = stable_inertances(around, body, &WORLDS)?;
     let holds = |inertance: f64| {
         let body = BodyValues {
             inertance,
@@ -283,6 +264,35 @@ fn least_inertance(around: &Around, body: &BodyValues) -> Result<Option<f64>, Fa
         return Ok(Some(above));
     }
     Ok(None)
+}
+
+/// Inertances of this body that are stable in each corner of the hands and at these shares of the world.
+pub(super) fn stable_inertances(
+    around: &Around,
+    body: &BodyValues,
+    shares: &[f64],
+) -> Result<Vec<[f64; 2]>, Failure> {
+    let most = [INERTANCE_LEAST, INERTANCE_MOST];
+    let mut common = vec![most];
+    for &share in shares {
+        let world = around.world().map(|world| AdmittanceWorld {
+            stiffness_n_per_m: share * world.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: share * world.dissipation_n_s_mu_per_m,
+            ..world
+        });
+        if world.is_none() && share > 0.0 {
+            break;
+        }
+        for hand in around.place.corners() {
+            if common.is_empty() {
+                break;
+            }
+            let subject = around.in_hand(body, hand, world)?;
+            let stable = subject.stable_values(AdmittanceNumber::Inertance, most);
+            common = both(&common, &stable);
+        }
+    }
+    Ok(common)
 }
 
 /// Intervals that two lists of rising ones share.

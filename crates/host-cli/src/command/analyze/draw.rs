@@ -5,7 +5,7 @@ use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::written;
 use haptic_question::analysis::{
     AdmittancePoint, BodyPoint, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region,
-    SensitivityPoint, StableHands,
+    SensitivityPoint, StableBodies, StableHands,
 };
 
 /// The picture of an analysis.
@@ -14,9 +14,10 @@ pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
         Drawn::Admittance {
             points,
             stable,
+            stable_bodies: around,
             bodies,
         } => {
-            let mut panels = vec![moving(points), stable_hands(stable)];
+            let mut panels = vec![moving(points), stable_hands(stable), stable_bodies(around)];
             if !bodies.is_empty() {
                 panels.extend(best_bodies(bodies));
             }
@@ -138,29 +139,60 @@ fn best_bodies(bodies: &[BodyPoint]) -> [Panel<'static>; 2] {
 
 /// Least stiffness that is drawn, N/m.
 const SOFTEST: f64 = 1.0;
+/// Inertances that are drawn, so many times below the body's own.
+const INERTANCES_BELOW: f64 = 100.0;
 
-/// Stable stiffnesses of a hand over the spring that it meets, as areas, and those that were asked for.
-fn stable_hands(stable: &StableHands) -> Panel<'static> {
+/// A panel with these intervals over their places as areas, drawn from `floor` on.
+fn with_areas(
+    panel: Panel<'static>,
+    places: &[(f64, Vec<[f64; 2]>)],
+    floor: f64,
+) -> Panel<'static> {
     // Areas that are still open: their borders so far, the lower and the upper one.
     let mut open: Vec<[Vec<(f64, f64)>; 2]> = Vec::new();
     let mut closed = Vec::new();
-    for (spring, hands) in &stable.springs {
+    for (place, stable) in places {
         let mut next = Vec::new();
-        for &[low, high] in hands {
+        for &[low, high] in stable {
             let met = open.iter().position(|[lower, upper]| {
                 let ends = lower.last().zip(upper.last());
                 ends.is_some_and(|(lower, upper)| lower.1 < high && low < upper.1)
             });
             let [mut lower, mut upper] =
                 met.map_or_else(Default::default, |index| open.remove(index));
-            lower.push((*spring, low.max(SOFTEST)));
-            upper.push((*spring, high.max(SOFTEST)));
+            lower.push((*place, low.max(floor)));
+            upper.push((*place, high.max(floor)));
             next.push([lower, upper]);
         }
         closed.append(&mut open);
         open = next;
     }
     closed.append(&mut open);
+    closed.into_iter().fold(panel, |panel, [lower, upper]| {
+        let outline = lower.into_iter().chain(upper.into_iter().rev());
+        panel.with("stable", Look::Area, 0, outline)
+    })
+}
+
+/// Stable inertances of the body over its damping, and the body.
+fn stable_bodies(stable: &StableBodies) -> Panel<'static> {
+    let label = if stable.order.to_bits() == 1.0_f64.to_bits() {
+        "mass of the body / kg"
+    } else {
+        "inertance of the body / N·s¹⁺ᵅ·m⁻¹"
+    };
+    let panel = Panel::new(
+        "in all corners of the hands",
+        axis("damping of the body / N·s·m⁻¹"),
+        axis(label),
+    );
+    let least = stable.body[1] / INERTANCES_BELOW;
+    let panel = with_areas(panel, &stable.dampings, least);
+    panel.with("your body", Look::Markers, 1, [stable.body.into()])
+}
+
+/// Stable stiffnesses of a hand over the spring that it meets, as areas, and those that were asked for.
+fn stable_hands(stable: &StableHands) -> Panel<'static> {
     let caption = format!(
         "with {} and {}",
         written("mass_kg", stable.mass_kg),
@@ -171,10 +203,7 @@ fn stable_hands(stable: &StableHands) -> Panel<'static> {
         axis("spring of a wall / N·m⁻¹"),
         axis("stiffness of the hand / N·m⁻¹"),
     );
-    let panel = closed.into_iter().fold(panel, |panel, [lower, upper]| {
-        let outline = lower.into_iter().chain(upper.into_iter().rev());
-        panel.with("stable", Look::Area, 0, outline)
-    });
+    let panel = with_areas(panel, &stable.springs, SOFTEST);
     let [low, high] = stable.hands_n_per_m.map(|hand| hand.max(SOFTEST));
     let last = stable.spring_n_per_m.unwrap_or(SOFTEST).max(SOFTEST);
     let asked = [
