@@ -1,7 +1,7 @@
 //! A driver in Python is a device: the crate `haptic-bridge`, called by the haptic thread of Python.
 
 use crate::refused::{OrRefused as _, refused};
-use haptic_bridge::{Bridge, BridgeTicker, Description, Handle};
+use haptic_bridge::{Bridge, BridgeTicker, Description, Handle, Takes};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -117,6 +117,7 @@ impl PyBridge {
             workspace_high_m,
             watchdog_ms,
             serial_number: serial_number.to_owned(),
+            takes: Takes::Force,
         };
         let bridge = Bridge::open(&description, listen).or_refused()?;
         Ok(Self {

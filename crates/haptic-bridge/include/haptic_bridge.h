@@ -18,6 +18,21 @@
 #define HB_ENDED -2
 
 /**
+ * The call is that of another kind of device: `hb_tick` gives a force, `hb_tick_motion` a velocity.
+ */
+#define HB_OTHER -3
+
+/**
+ * A device that takes a force, N, from `hb_tick`.
+ */
+#define HB_FORCE 0
+
+/**
+ * A device that takes a velocity, m/s, from `hb_tick_motion`: a robot with a force sensor under its handle.
+ */
+#define HB_VELOCITY 1
+
+/**
  * A bridge. One thread ticks; `hb_stop`, `hb_fault`, `hb_reason` and `hb_port` may be called from others meanwhile.
  */
 typedef struct hb_bridge hb_bridge;
@@ -77,6 +92,16 @@ typedef struct hb_device {
    * known.
    */
   const char *serial_number;
+  /**
+   * The command that the device takes: `HB_FORCE` (0) or `HB_VELOCITY`. With the latter `sample_time_us` and `sensed_force_max_n` are
+   * declared too; the force limits are of the law that is rendered, and the workspace is that of the command.
+   */
+  uint32_t takes;
+  /**
+   * Path of the robot's device file, with `[admittance]`: its virtual body, its own loop, the limits of its motion, the hands that push it.
+   * NULL for a device that takes a force.
+   */
+  const char *robot;
 } hb_device;
 
 #ifdef __cplusplus
@@ -121,9 +146,28 @@ int hb_tick(struct hb_bridge *bridge,
             double *force_n);
 
 /**
+ * One tick of a robot, which takes a velocity: the position that was measured, m, gives the velocity until the next call, m/s, behind
+ * the chain of motion. Between the force of the hand, by `hb_sense`, and that of the law stands the virtual body of the device file.
+ * All else is as with `hb_tick`.
+ *
+ * `hb_sense` before each call is a must. Without it, with NaN, after a fault, `hb_stop` or a silent host the velocity comes to zero by
+ * the greatest deceleration of the device file, and stays there: go on calling until it has. The robot has to stop by itself when the
+ * calls cease.
+ *
+ * Returns as `hb_tick` does. `HB_OTHER`, with zero: the device takes a force, as `hb_tick` on a device that takes a velocity.
+ *
+ * # Safety
+ * As `hb_tick`.
+ */
+int hb_tick_motion(struct hb_bridge *bridge,
+                   uint64_t time_us,
+                   const double *position_m,
+                   double *velocity_m_per_s);
+
+/**
  * Takes the force of the hand by a force sensor, N, positive along the position, for the next `hb_tick`, which sends it to the host.
  * Call it before each `hb_tick`, in the same thread; NaN is a sensor that gave nothing. Elements beyond the device's axes are ignored.
- * State the range of the sensor in `sensed_force_max_n`. Never waits, allocates or locks.
+ * State the range of the sensor in `sensed_force_max_n`. A robot that takes a velocity does not move without it. Never waits, allocates or locks.
  *
  * # Safety
  * `bridge` is null or from `hb_open` and not closed; the array is null or of three numbers; one thread at a time.
@@ -142,8 +186,8 @@ void hb_sense(struct hb_bridge *bridge,
 uint64_t hb_wait(struct hb_bridge *bridge);
 
 /**
- * Lets the force fall to zero within the stop time from the next tick on, and disarms the device: the host has to arm it
- * again. From any thread; NULL is nothing.
+ * Lets the force fall to zero within the stop time from the next tick on, or a robot come to rest, and disarms the device: the host has
+ * to arm it again. From any thread; NULL is nothing.
  *
  * # Safety
  * `bridge` is null or from `hb_open` and not closed.

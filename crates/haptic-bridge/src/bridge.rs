@@ -5,6 +5,7 @@ use crate::line::LineSide;
 use crate::pace::Pace;
 use crate::status::Handle;
 use crate::ticking::{Ticking, Ticks};
+use haptic_document::FileError;
 use haptic_link::{Reason, Refusal, Status, Trouble};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{SystemWaiter, Waiter};
@@ -24,6 +25,10 @@ pub struct BridgeTicker {
     handle: Handle,
     ended: bool,
     pace: Pace,
+    takes_motion: bool,
+    /// The last output, and what it may change by in a call once the library has failed.
+    output: [f64; 3],
+    step: f64,
 }
 
 impl BridgeTicker {
@@ -31,11 +36,47 @@ impl BridgeTicker {
     /// call, N. Elements beyond the axes of the device are ignored, and zero.
     ///
     /// A position that is missing or not finite, or a clock that stands still, is a fault: the force is zero at once. A panic in here
-    /// ends at this border and is a fault too, for good.
+    /// ends at this border and is a fault too, for good. A device that takes a velocity has no force.
     pub fn tick(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3] {
-        if self.ended {
+        if self.takes_motion {
             return [0.0; 3];
         }
+        self.call(time_us, position_m)
+    }
+
+    /// One call as [`tick`](Self::tick), of a device that takes a velocity: the measured position, m, and the velocity until the next call,
+    /// m/s. [`sense`](Self::sense) before it is a must. After a fault or stop, and without a position or a force, the velocity comes to zero
+    /// by the greatest deceleration, and stays there. A device that takes a force has no velocity.
+    pub fn tick_motion(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3] {
+        if self.takes_motion {
+            self.call(time_us, position_m)
+        } else {
+            [0.0; 3]
+        }
+    }
+
+    /// True if the device takes a velocity.
+    #[must_use]
+    pub const fn takes_motion(&self) -> bool {
+        self.takes_motion
+    }
+
+    fn call(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3] {
+        self.output = if self.ended {
+            self.braked()
+        } else {
+            self.called(time_us, position_m)
+        };
+        self.output
+    }
+
+    /// The output one step nearer to zero, of which nothing has to be computed.
+    fn braked(&self) -> [f64; 3] {
+        self.output
+            .map(|axis| axis - axis.clamp(-self.step, self.step))
+    }
+
+    fn called(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3] {
         // After a panic nothing of it is looked at again.
         let call = AssertUnwindSafe(|| self.ticks.call(time_us, position_m));
         catch_unwind(call).unwrap_or_else(|panic| {
@@ -47,7 +88,7 @@ impl BridgeTicker {
                 reason: Reason::of(Trouble::Library),
                 ..Status::default()
             });
-            [0.0; 3]
+            self.braked()
         })
     }
 
@@ -124,6 +165,7 @@ impl Bridge {
     /// A device that cannot be.
     pub fn apart(description: &Description) -> Result<(BridgeTicker, LineSide), BridgeError> {
         let (capabilities, number) = (description.capabilities()?, description.serial_number()?);
+        let robot = description.robot()?;
         let handle = Handle::default();
         let (line, ends) = LineSide::new(handle.clone(), description.sample_time_us.into());
         let shared = handle.clone();
@@ -134,6 +176,7 @@ impl Bridge {
                 number,
                 ends,
                 shared,
+                robot.as_ref(),
             )?),
             2 => Box::new(Ticking::<2>::new(
                 description,
@@ -141,6 +184,7 @@ impl Bridge {
                 number,
                 ends,
                 shared,
+                robot.as_ref(),
             )?),
             _ => Box::new(Ticking::<3>::new(
                 description,
@@ -148,6 +192,7 @@ impl Bridge {
                 number,
                 ends,
                 shared,
+                robot.as_ref(),
             )?),
         };
         let ticker = BridgeTicker {
@@ -155,6 +200,11 @@ impl Bridge {
             handle,
             ended: false,
             pace: Pace::default(),
+            takes_motion: robot.is_some(),
+            output: [0.0; 3],
+            step: robot.map_or(f64::INFINITY, |robot| {
+                robot.limits.acceleration.0 * f64::from(description.sample_time_us) * 1e-6
+            }),
         };
         Ok((ticker, line))
     }
@@ -191,6 +241,12 @@ pub enum BridgeError {
     /// The device as it was described cannot be.
     #[error(transparent)]
     Description(#[from] DescriptionError),
+    /// A device file that cannot be read, or describes no robot.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A robot whose numbers do not fit those of the description.
+    #[error("{0}: change the robot's device file, or hb_device")]
+    Robot(String),
     /// An address that cannot be listened at.
     #[error(transparent)]
     Address(#[from] SerialError),

@@ -2,8 +2,8 @@
 //! caller answers for, as the documentation of each function, which the header repeats, says.
 #![expect(unsafe_code, reason = "C hands over pointers")]
 
-use crate::bridge::{Bridge, BridgeError};
-use crate::description::Description;
+use crate::bridge::{Bridge, BridgeError, BridgeTicker};
+use crate::description::{Description, Takes};
 use crate::status::Handle;
 use haptic_link::Trouble;
 use std::ffi::{CStr, CString, c_char, c_int};
@@ -19,6 +19,14 @@ const ADDRESS: &str = "127.0.0.1:4250";
 pub const HB_NULL: c_int = -1;
 /// The library failed inside and has let go for good: close the bridge.
 pub const HB_ENDED: c_int = -2;
+
+/// The call is that of another kind of device: `hb_tick` gives a force, `hb_tick_motion` a velocity.
+pub const HB_OTHER: c_int = -3;
+
+/// A device that takes a force, N, from `hb_tick`.
+pub const HB_FORCE: u32 = 0;
+/// A device that takes a velocity, m/s, from `hb_tick_motion`: a robot with a force sensor under its handle.
+pub const HB_VELOCITY: u32 = 1;
 
 /// Abilities and limits of the device. No host can loosen these limits; it sets its own within them.
 /// Set everything to zero first (`hb_device device = {0};`, in C++ `hb_device device{};`), then `size`.
@@ -51,6 +59,12 @@ pub struct HbDevice {
     /// Serial number of the device, 6 to 32 letters, digits and any of "-_.:+", under which a host keeps its limits; NULL if it is not
     /// known.
     pub serial_number: *const c_char,
+    /// The command that the device takes: `HB_FORCE` (0) or `HB_VELOCITY`. With the latter `sample_time_us` and `sensed_force_max_n` are
+    /// declared too; the force limits are of the law that is rendered, and the workspace is that of the command.
+    pub takes: u32,
+    /// Path of the robot's device file, with `[admittance]`: its virtual body, its own loop, the limits of its motion, the hands that push it.
+    /// NULL for a device that takes a force.
+    pub robot: *const c_char,
 }
 
 /// A bridge. One thread ticks; `hb_stop`, `hb_fault`, `hb_reason` and `hb_port` may be called from others meanwhile.
@@ -112,6 +126,14 @@ enum OpenError {
     Size(usize),
     #[error("{0:?} is not UTF-8: give a name and an address in UTF-8")]
     Text(CString),
+    #[error("takes = {0}: give HB_FORCE (0), or HB_VELOCITY (1)")]
+    Takes(u32),
+    #[error(
+        "robot = NULL, but takes = HB_VELOCITY: give the path of a device file with [admittance]"
+    )]
+    NoRobot,
+    #[error("robot = \"{0}\" has no effect with takes = HB_FORCE: give NULL, or HB_VELOCITY")]
+    Robot(String),
     #[error(transparent)]
     Bridge(#[from] BridgeError),
 }
@@ -130,8 +152,23 @@ unsafe fn open(what: *const HbDevice, listen: *const c_char) -> Result<HbBridge,
     // SAFETY: it is of our size, so all of it is there.
     let what = unsafe { what.read() };
     // SAFETY: texts of the caller.
-    let [name, listen, serial_number] =
-        unsafe { [text(what.name)?, text(listen)?, text(what.serial_number)?] };
+    let [name, listen, serial_number, robot] = unsafe {
+        [
+            text(what.name)?,
+            text(listen)?,
+            text(what.serial_number)?,
+            text(what.robot)?,
+        ]
+    };
+    let takes = match (what.takes, robot) {
+        (HB_FORCE, None) => Takes::Force,
+        (HB_FORCE, Some(robot)) => return Err(OpenError::Robot(robot.to_owned())),
+        (HB_VELOCITY, Some(robot)) => Takes::Velocity {
+            robot: robot.into(),
+        },
+        (HB_VELOCITY, None) => return Err(OpenError::NoRobot),
+        (other, _) => return Err(OpenError::Takes(other)),
+    };
     let description = Description {
         name: name.unwrap_or_default().to_owned(),
         axes: what.axes,
@@ -144,6 +181,7 @@ unsafe fn open(what: *const HbDevice, listen: *const c_char) -> Result<HbBridge,
         workspace_high_m: what.workspace_high_m,
         watchdog_ms: what.watchdog_ms,
         serial_number: serial_number.unwrap_or_default().to_owned(),
+        takes,
     };
     let bridge = Bridge::open(&description, listen.unwrap_or(ADDRESS))?;
     Ok(HbBridge {
@@ -186,28 +224,80 @@ pub unsafe extern "C" fn hb_tick(
     position_m: *const f64,
     force_n: *mut f64,
 ) -> c_int {
-    let force_n = force_n.cast::<[f64; 3]>();
+    // SAFETY: as the caller promises.
+    unsafe {
+        called(
+            bridge,
+            false,
+            BridgeTicker::tick,
+            time_us,
+            position_m,
+            force_n,
+        )
+    }
+}
+
+/// One tick of a robot, which takes a velocity: the position that was measured, m, gives the velocity until the next call, m/s, behind
+/// the chain of motion. Between the force of the hand, by `hb_sense`, and that of the law stands the virtual body of the device file.
+/// All else is as with `hb_tick`.
+///
+/// `hb_sense` before each call is a must. Without it, with NaN, after a fault, `hb_stop` or a silent host the velocity comes to zero by
+/// the greatest deceleration of the device file, and stays there: go on calling until it has. The robot has to stop by itself when the
+/// calls cease.
+///
+/// Returns as `hb_tick` does. `HB_OTHER`, with zero: the device takes a force, as `hb_tick` on a device that takes a velocity.
+///
+/// # Safety
+/// As `hb_tick`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_tick_motion(
+    bridge: *mut HbBridge,
+    time_us: u64,
+    position_m: *const f64,
+    velocity_m_per_s: *mut f64,
+) -> c_int {
+    let call = BridgeTicker::tick_motion;
+    // SAFETY: as the caller promises.
+    unsafe { called(bridge, true, call, time_us, position_m, velocity_m_per_s) }
+}
+
+/// A tick of either kind.
+///
+/// # Safety
+/// As [`hb_tick`].
+unsafe fn called(
+    bridge: *mut HbBridge,
+    is_motion: bool,
+    call: impl FnOnce(&mut BridgeTicker, u64, Option<&[f64; 3]>) -> [f64; 3],
+    time_us: u64,
+    position_m: *const f64,
+    output: *mut f64,
+) -> c_int {
+    let output = output.cast::<[f64; 3]>();
     let position_m = position_m.cast::<[f64; 3]>();
     // Before a force is written, which may go to the same array. Without room for a force there is nothing to compute one for.
-    let position = if position_m.is_null() || force_n.is_null() {
+    let position = if position_m.is_null() || output.is_null() {
         None
     } else {
         // SAFETY: three numbers; unaligned ones do no harm.
         Some(unsafe { position_m.read_unaligned() })
     };
-    if !force_n.is_null() {
+    if !output.is_null() {
         // SAFETY: as above.
-        unsafe { force_n.write_unaligned([0.0; 3]) };
+        unsafe { output.write_unaligned([0.0; 3]) };
     }
     if bridge.is_null() {
         return HB_NULL;
     }
     // SAFETY: only this thread touches the ticker, and other fields are borrowed apart from it.
     let ticker = unsafe { &mut (*bridge).bridge.ticker };
-    let force = ticker.tick(time_us, position.as_ref());
-    if !force_n.is_null() {
+    if ticker.takes_motion() != is_motion {
+        return HB_OTHER;
+    }
+    let commanded = call(ticker, time_us, position.as_ref());
+    if !output.is_null() {
         // SAFETY: as above.
-        unsafe { force_n.write_unaligned(force) };
+        unsafe { output.write_unaligned(commanded) };
     }
     // SAFETY: shared by all threads, and only read.
     code(unsafe { &(*bridge).bridge.handle })
@@ -215,7 +305,7 @@ pub unsafe extern "C" fn hb_tick(
 
 /// Takes the force of the hand by a force sensor, N, positive along the position, for the next `hb_tick`, which sends it to the host.
 /// Call it before each `hb_tick`, in the same thread; NaN is a sensor that gave nothing. Elements beyond the device's axes are ignored.
-/// State the range of the sensor in `sensed_force_max_n`. Never waits, allocates or locks.
+/// State the range of the sensor in `sensed_force_max_n`. A robot that takes a velocity does not move without it. Never waits, allocates or locks.
 ///
 /// # Safety
 /// `bridge` is null or from `hb_open` and not closed; the array is null or of three numbers; one thread at a time.
@@ -254,8 +344,8 @@ fn code(handle: &Handle) -> c_int {
     handle.fault().map_or(0, |fault| fault.code().into())
 }
 
-/// Lets the force fall to zero within the stop time from the next tick on, and disarms the device: the host has to arm it
-/// again. From any thread; NULL is nothing.
+/// Lets the force fall to zero within the stop time from the next tick on, or a robot come to rest, and disarms the device: the host has
+/// to arm it again. From any thread; NULL is nothing.
 ///
 /// # Safety
 /// `bridge` is null or from `hb_open` and not closed.

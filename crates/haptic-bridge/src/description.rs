@@ -1,8 +1,11 @@
 //! A device as its program describes it, checked.
 
-use haptic_link::{Capabilities, Limits, SerialNumber};
+use haptic_document::{FileError, text_of};
+use haptic_link::{Capabilities, Conduct, Limits, SerialNumber};
 use haptic_loop::RangeError;
 use haptic_remote::abilities;
+use haptic_trial::robot::RobotModel;
+use std::path::PathBuf;
 use thiserror::Error;
 
 /// Abilities and limits of a device. No host can loosen these limits; it sets its own within them.
@@ -32,6 +35,22 @@ pub struct Description {
     pub watchdog_ms: u32,
     /// Serial number of the device, 6 to 32 letters, digits and any of `-_.:+`, by which a host remembers its limits; empty if it is not known.
     pub serial_number: String,
+    /// A force, or a velocity.
+    pub takes: Takes,
+}
+
+/// Kind of command that a device takes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Takes {
+    /// A force, N, by [`BridgeTicker::tick`](crate::BridgeTicker::tick).
+    #[default]
+    Force,
+    /// A velocity, m/s, by [`BridgeTicker::tick_motion`](crate::BridgeTicker::tick_motion): of a robot with a force sensor under its handle,
+    /// whose range and sample time are then declared.
+    Velocity {
+        /// Its device file, with `[admittance]`: body, loop, limits and hands.
+        robot: PathBuf,
+    },
 }
 
 /// Sample times that a device can have, µs.
@@ -92,6 +111,9 @@ impl Description {
             period_us == 0 || (least_us..=most_us).contains(&period_us),
         );
         let fine = (0.0..=0.1).contains(&count_m);
+        let moves = matches!(self.takes, Takes::Velocity { .. });
+        let declared = "declared for a device that takes a velocity: 100 to 10000";
+        let sensor = "above 0 and at most 1e6 for a device that takes a velocity";
         for (good, what, value, allowed, unit) in [
             (few, "axes", axes, "1, 2 or 3", ""),
             (
@@ -110,6 +132,20 @@ impl Description {
                 "sensed_force_max_n",
                 sensed_n,
                 "0 to 1e6, 0 without a force sensor",
+                "N",
+            ),
+            (
+                !moves || period_us > 0,
+                "sample_time_us",
+                period,
+                declared,
+                "µs",
+            ),
+            (
+                !moves || sensed_n > 0.0,
+                "sensed_force_max_n",
+                sensed_n,
+                sensor,
                 "N",
             ),
         ] {
@@ -132,9 +168,24 @@ impl Description {
             position_resolution_m: count_m as f32,
             sensed_force_max_n: sensed_n as f32,
             // The program may stand still, and its driver hold the last force.
-            lets_go_alone: false,
+            lets_go_alone: Conduct {
+                lets_go: false,
+                moves,
+            },
             ..abilities(&self.name, self.axes as u8)
         })
+    }
+
+    /// The robot of its device file, if it takes a velocity.
+    pub(crate) fn robot(&self) -> Result<Option<RobotModel>, FileError> {
+        let Takes::Velocity { robot } = &self.takes else {
+            return Ok(None);
+        };
+        let (text, t) = (
+            text_of(robot, "device")?,
+            f64::from(self.sample_time_us) * 1e-6,
+        );
+        RobotModel::parse(robot, &text, t).map(Some)
     }
 
     pub(crate) fn serial_number(&self) -> Result<SerialNumber, DescriptionError> {

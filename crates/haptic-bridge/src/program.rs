@@ -1,7 +1,8 @@
 //! The program's device as the loop sees it: a position that was handed over, and a force that is handed back.
 
 use crate::description::Description;
-use haptic_link::{Capabilities, ControllerCost, SerialNumber};
+use crate::motion::Motion;
+use haptic_link::{Capabilities, ControllerCost, Refusal, SerialNumber};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{CONTROLLER_COST, Hardware};
 use nalgebra::SVector;
@@ -17,6 +18,8 @@ pub(crate) struct Program<const D: usize> {
     /// Reading of the force sensor, for the next tick alone; NaN without one.
     sensed_n: [f32; D],
     force_n: [f32; D],
+    /// The robot, if the program takes a velocity.
+    motion: Option<Box<Motion<D>>>,
 }
 
 impl<const D: usize> Program<D> {
@@ -24,6 +27,7 @@ impl<const D: usize> Program<D> {
         description: &Description,
         capabilities: Capabilities,
         serial_number: SerialNumber,
+        motion: Option<Box<Motion<D>>>,
     ) -> Self {
         Self {
             capabilities,
@@ -32,7 +36,32 @@ impl<const D: usize> Program<D> {
             position_m: None,
             sensed_n: [f32::NAN; D],
             force_n: [0.0; D],
+            motion,
         }
+    }
+
+    /// The next tick comes, after some that did not.
+    pub(crate) fn goes_on(&mut self, skipped: u32) {
+        if let Some(motion) = &mut self.motion {
+            motion.goes_on(skipped);
+        }
+    }
+
+    /// True if the program takes a velocity.
+    pub(crate) const fn takes_motion(&self) -> bool {
+        self.motion.is_some()
+    }
+
+    /// The fault of its motion.
+    pub(crate) fn motion_fault(&self) -> Option<Fault> {
+        self.motion.as_ref().and_then(|motion| motion.fault())
+    }
+
+    /// The robot with the readings of this tick.
+    fn robot(&mut self) -> Option<&mut Motion<D>> {
+        let motion = self.motion.as_deref_mut()?;
+        motion.hand(self.position_m, self.sensed_n);
+        Some(motion)
     }
 
     /// Takes over the position of this call, m; false if it is missing or not finite.
@@ -59,9 +88,11 @@ impl<const D: usize> Program<D> {
         self.position_m = None;
     }
 
-    /// The force of the last tick, N; zero on axes that the device does not have.
-    pub(crate) fn force_n(&self) -> [f64; 3] {
-        std::array::from_fn(|axis| self.force_n.get(axis).copied().map_or(0.0, f64::from))
+    /// The force of the last tick, N, or the velocity of a robot, m/s; zero on axes that the device does not have.
+    pub(crate) fn output(&self) -> [f64; 3] {
+        let velocity = self.motion.as_ref().map(|motion| motion.command());
+        let output = velocity.map_or(&self.force_n[..], |velocity| velocity.as_slice());
+        std::array::from_fn(|axis| output.get(axis).copied().map_or(0.0, f64::from))
     }
 
     fn is_outside(&self) -> bool {
@@ -77,6 +108,9 @@ impl<const D: usize> Device<f32, D> for Program<D> {
     type Error = Fault;
 
     fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
+        if let Some(robot) = self.robot() {
+            return robot.read();
+        }
         let position_m = self.position_m.ok_or(Fault::BoardFailed)?;
         if self.is_outside() {
             return Err(Fault::Workspace);
@@ -89,8 +123,26 @@ impl<const D: usize> Device<f32, D> for Program<D> {
     }
 
     fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
+        if let Some(motion) = &mut self.motion {
+            return motion.write(force);
+        }
         self.force_n = (*force.newtons()).into();
         Ok(())
+    }
+
+    fn let_go(&mut self) {
+        self.force_n = [0.0; D];
+        self.stop();
+    }
+
+    fn stop(&mut self) {
+        if let Some(motion) = &mut self.motion {
+            motion.stop();
+        }
+    }
+
+    fn moves(&self) -> bool {
+        self.motion.as_ref().is_some_and(|motion| motion.moves())
     }
 }
 
@@ -113,7 +165,14 @@ impl<const D: usize> Hardware<D> for Program<D> {
 
     fn restart(&mut self) {}
 
+    fn drive(&mut self) -> Result<(), Refusal> {
+        self.robot().map_or(Ok(()), Motion::drive)
+    }
+
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
+        if let Some(robot) = self.robot() {
+            return robot.idle();
+        }
         self.force_n = [0.0; D];
         self.read()
     }
@@ -123,6 +182,7 @@ impl<const D: usize> Hardware<D> for Program<D> {
     }
 
     fn persisting_fault(&self) -> Option<Fault> {
-        self.is_outside().then_some(Fault::Workspace)
+        // A robot outside is refused when it is to be driven.
+        (self.is_outside() && self.motion.is_none()).then_some(Fault::Workspace)
     }
 }

@@ -7,16 +7,19 @@
 //! *Cost*: that of [`TickSide::tick`], some 30 comparisons and stores, and at most [`REQUESTS_MOST`] requests and
 //! [`REPORTS_MOST`] reports. No allocation, no lock, no system call.
 
+use crate::bridge::BridgeError;
 use crate::clock::{Call, ProgramClock};
 use crate::description::{Description, PERIODS_US};
 use crate::meter::Meter;
+use crate::motion::Motion;
 use crate::program::Program;
 use crate::status::Handle;
 use haptic_link::{
-    Capabilities, DeviceReport, Header, Reason, Refusal, Request, SerialNumber, State, Trouble,
+    Capabilities, DeviceReport, Header, Reason, Request, SerialNumber, State, Trouble,
 };
 use haptic_loop::Fault;
 use haptic_remote::{DeviceSession, TickSide};
+use haptic_trial::robot::RobotModel;
 use rtrb::{Consumer, Producer};
 use std::cell::RefCell;
 
@@ -32,8 +35,11 @@ pub(crate) type Heard = (Header, Request);
 
 /// A device of any number of axes.
 pub(crate) trait Ticks: std::fmt::Debug + Send {
-    /// One call: the force until the next, N.
+    /// One call: the force until the next, N, or the velocity.
     fn call(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3];
+
+    /// True if it gives a velocity, m/s, in place of the force.
+    fn takes_motion(&self) -> bool;
 
     /// The force at the sensor, N, for the next tick.
     fn sense(&mut self, force_n: &[f64; 3]);
@@ -71,8 +77,12 @@ impl<const D: usize> Ticking<D> {
         serial_number: SerialNumber,
         ends: (Consumer<Heard>, Producer<DeviceReport>),
         handle: Handle,
-    ) -> Result<Self, Refusal> {
-        let device = TickSide::new(Program::new(description, capabilities, serial_number))?;
+        robot: Option<&RobotModel>,
+    ) -> Result<Self, BridgeError> {
+        let motion = robot.map(|robot| Motion::new(description, robot).map(Box::new));
+        let motion = motion.transpose().map_err(BridgeError::Robot)?;
+        let program = Program::new(description, capabilities, serial_number, motion);
+        let device = TickSide::new(program)?;
         let silence_most_us = match description.watchdog_ms {
             0 => u64::MAX,
             watchdog_ms => 1000 * u64::from(watchdog_ms),
@@ -179,7 +189,13 @@ impl<const D: usize> Ticking<D> {
         if call.skipped > 0 {
             device.skip(call.skipped);
         }
+        device.hardware_mut().goes_on(call.skipped);
         device.tick(call.now_us);
+        // One of the run before stays until the next.
+        let runs = matches!(device.status().state, State::Running | State::Stopping);
+        if let Some(fault) = device.hardware().motion_fault().filter(|_| runs) {
+            device.trip(fault);
+        }
     }
 }
 
@@ -212,17 +228,22 @@ impl<const D: usize> Ticks for Ticking<D> {
         }
         self.hear(call.now_us);
         self.watch(call.now_us);
-        // Trouble does not wait until a tick is due, nor does a place beyond a limit.
-        if call.is_tick || trouble.is_some() {
+        // Trouble does not wait until a tick is due, nor does a place beyond a limit. A robot brakes tick by tick.
+        let takes_motion = self.takes_motion();
+        if call.is_tick || trouble.is_some() && !takes_motion {
             self.tick(&call);
-        } else {
+        } else if !takes_motion {
             self.device.get_mut().look();
         }
         let device = self.device.get_mut();
-        let force_n = device.hardware().force_n();
+        let output = device.hardware().output();
         self.handle.tell(device.status());
         self.speak();
-        force_n
+        output
+    }
+
+    fn takes_motion(&self) -> bool {
+        self.device.borrow().hardware().takes_motion()
     }
 
     fn sense(&mut self, force_n: &[f64; 3]) {

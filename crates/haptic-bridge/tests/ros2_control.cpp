@@ -1,4 +1,4 @@
-// The guide's lines for ROS 2 in a controller of ros2_control, of which the part that they use stands here in few words: with
+// The guide's lines for ROS 2, and with MOTION those for a robot, in a controller of ros2_control, of which the part that they use stands here in few words: with
 // GET_VALUE as before version 4.27, with GET_OPTIONAL as since 6.0. It ends with 0 if they write three axes and no more.
 #include <cmath>
 #include <cstdint>
@@ -49,12 +49,44 @@ extern "C" int hb_tick(hb_bridge *, uint64_t time_us, const double *position_m, 
     return 0;
 }
 
+double sensed_n[3];
+extern "C" void hb_sense(hb_bridge *, const double *force_n) {
+    for (int axis = 0; axis < 3; ++axis) sensed_n[axis] = force_n[axis];
+}
+
+// Twice the force less the position; a force that is missing stops the robot, as the library does.
+extern "C" int hb_tick_motion(hb_bridge *, uint64_t, const double *position_m, double *velocity_m_per_s) {
+    for (int axis = 0; axis < 3; ++axis)
+        velocity_m_per_s[axis] = std::isnan(sensed_n[axis]) ? 0.0 : 2.0 * sensed_n[axis] - position_m[axis];
+    return 0;
+}
+
 struct Controller : controller_interface::ControllerInterface {
     uint64_t time_us_ = 0;
     hb_bridge *bridge_ = nullptr;
+#ifdef MOTION
+#include "motion.hpp"
+#else
 #include "lines.hpp"
+#endif
 };
 
+#ifdef MOTION
+int main() {
+    for (size_t axes : {1, 2, 3}) {
+        Controller controller;
+        controller.state_interfaces_.resize(2 * axes);
+        controller.command_interfaces_.resize(axes);
+        for (size_t i = 0; i < 2 * axes; ++i) controller.state_interfaces_[i].held = static_cast<double>(i);
+        if (controller.update({}, {}) != controller_interface::return_type::OK) return 1;
+        for (size_t i = 0; i < axes; ++i)
+            if (controller.command_interfaces_[i].held != static_cast<double>(2 * axes + i)) return 2;
+        controller.state_interfaces_[axes].held.reset();
+        controller.update({}, {});
+        if (controller.command_interfaces_[0].held != 0.0) return 3;
+    }
+}
+#else
 int main() {
     for (size_t interfaces : {1, 3, 6}) {
         Controller controller;
@@ -71,3 +103,4 @@ int main() {
         if (controller.command_interfaces_[0].held != 0.0) return 3;
     }
 }
+#endif

@@ -39,8 +39,8 @@ pub use image::{IMAGE_MARK, image_digest};
 pub use keys::{REPORT_KEYS, REQUEST_KEYS};
 pub use limits::{Field, Guard, GuardKind, Limits, LoopMode};
 pub use report::{
-    Ack, Alive, Capabilities, DeviceReport, Event, EventKind, FaultReport, Hello, KEYS_MAX, Keys,
-    MessageKey, Outcome, Reason, Refusal, State, Statistics, Status, Trouble,
+    Ack, Alive, Capabilities, Conduct, DeviceReport, Event, EventKind, FaultReport, Hello,
+    KEYS_MAX, Keys, MessageKey, Outcome, Reason, Refusal, State, Statistics, Status, Trouble,
 };
 pub use request::{Request, Scope, Start};
 pub use sample::{

@@ -9,7 +9,9 @@ use crate::serial_number::SerialNumber;
 use haptic_loop::enumerated;
 use heapless::Vec;
 use postcard_schema::Schema;
-use serde::{Deserialize, Serialize};
+use postcard_schema::schema::NamedType;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// A message from device to host. The number of a variant is its first byte on the wire, from 0.
 /// New variants are added at the end.
@@ -141,9 +143,41 @@ pub struct Capabilities {
     /// not report it.
     #[serde(with = "postcard::fixint::le")]
     pub image_digest: u32,
-    /// True if the force falls without a further order once the program or the host that commands it falls silent: by a watchdog
-    /// of the device itself. False where a driver may hold the last force.
-    pub lets_go_alone: bool,
+    /// What it is and does without a further order. The field has the name of its first bit, which firmware from before the second knows.
+    pub lets_go_alone: Conduct,
+}
+
+/// What a device is and does without a further order: one byte on the wire, a bit each, so that firmware which only lets go alone says
+/// the same as ever, and a host that does not know of motion takes a device that moves for damaged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Conduct {
+    /// The force falls once the program or the host that commands it falls silent: by a watchdog of the device itself. False where a
+    /// driver may hold the last force, or command.
+    pub lets_go: bool,
+    /// It moves instead of pushing: its position is that of a command, and a hand and the force move it through a virtual body.
+    pub moves: bool,
+}
+
+impl Serialize for Conduct {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u8(u8::from(self.lets_go) | u8::from(self.moves) << 1)
+    }
+}
+
+impl<'de> Deserialize<'de> for Conduct {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match u8::deserialize(deserializer)? {
+            bits @ 0..=3 => Ok(Self {
+                lets_go: bits & 1 != 0,
+                moves: bits & 2 != 0,
+            }),
+            _ => Err(D::Error::custom("a conduct of bits 0 and 1")),
+        }
+    }
+}
+
+impl Schema for Conduct {
+    const SCHEMA: &'static NamedType = bool::SCHEMA;
 }
 
 impl Capabilities {

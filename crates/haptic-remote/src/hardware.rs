@@ -51,6 +51,14 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// A run begins: a simulated plant goes back to its start.
     fn restart(&mut self);
 
+    /// A device that moves is driven from here on, where it stands: the last thing before a run.
+    ///
+    /// # Errors
+    /// It must not move now, as with a force sensor that has not rested.
+    fn drive(&mut self) -> Result<(), Refusal> {
+        Ok(())
+    }
+
     /// One tick while no force may act: makes sure of that, and reads. A simulated plant stands still.
     ///
     /// # Errors

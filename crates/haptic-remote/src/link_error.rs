@@ -106,6 +106,11 @@ pub enum LinkError {
         "the device cannot render a shape on its own: flash firmware of this version, or close the loop on the host"
     )]
     NoSurfaces,
+    /// The device moves, and nobody has judged its motion.
+    #[error(
+        "the device moves instead of pushing, and nothing is known of its motion: give device_model=robot.toml, a file with [admittance], its bandwidth_hz and dead_time_s"
+    )]
+    UnknownRobot,
     /// The port or its other end is gone.
     #[error("the connection is gone: check the device's power supply, and its plug or network")]
     Gone,

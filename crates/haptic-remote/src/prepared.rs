@@ -6,7 +6,8 @@ use crate::records::FLIGHT_SAMPLES;
 use fracdiff::PortableOperator;
 use fracdiff::portable::{Form, ListError};
 use haptic_link::{
-    Capabilities, Configuration, DigestBuilder, Field, Limits, OperatorForm, Refusal,
+    Capabilities, Conduct, Configuration, DigestBuilder, Field, GuardKind, Limits, OperatorForm,
+    Refusal,
 };
 use haptic_loop::units::{Metres, Seconds};
 use haptic_loop::{DepthMap, OwnPush, SafetyChain, Tap, Wall, WallShape};
@@ -37,7 +38,10 @@ pub const fn abilities(board: &str, axes: u8) -> Capabilities {
         degree_max: DEGREE_MAX as u16,
         flight_samples: FLIGHT_SAMPLES as u16,
         image_digest: 0,
-        lets_go_alone: true,
+        lets_go_alone: Conduct {
+            lets_go: true,
+            moves: false,
+        },
     }
 }
 
@@ -158,6 +162,10 @@ pub(super) fn checked(
     fields.within(Field::Watchdog, watchdog, shortest, longest);
     fields.within(Field::MaxAge, age, 1.0, Limits::MAX_AGE_TICKS.into());
     let chain = chain_limits(limits, period, capabilities, &mut fields);
+    // It promises nothing where the device does not damp.
+    if capabilities.lets_go_alone.moves && limits.guard.kind != GuardKind::Off {
+        fields.refuse(Refusal::Unsupported(Field::GuardDamping));
+    }
     let (stiffness, dissipation) = (
         configuration.stiffness_n_per_m,
         configuration.dissipation_n_s_mu_per_m,

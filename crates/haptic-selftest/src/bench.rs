@@ -271,6 +271,10 @@ pub(super) const fn ends_the_test(fault: Fault) -> bool {
             | Fault::PositionJump
             | Fault::BoardFailed
             | Fault::EncoderWire
+            | Fault::ForceSensor
+            | Fault::HandForce
+            | Fault::Following
+            | Fault::HandEnergy
     )
 }
 

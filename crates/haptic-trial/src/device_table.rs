@@ -1,5 +1,6 @@
 //! The device, its file and its sensors, as the keys of any table give them.
 
+use crate::plant_file::calibration::Calibration;
 use crate::robot::{ADMITTANCE, RobotModel};
 use crate::{DeviceModel, Sensors};
 use fracdiff::Seconds;
@@ -191,6 +192,23 @@ pub fn robot(
         Ok(None)
     };
     read(&path).map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error))
+}
+
+/// The newtons of the device file that is named, if they were checked; those of a robot are its own.
+///
+/// # Errors
+/// A value that is wrong, with its place.
+pub fn calibration(table: &Table<'_>) -> Result<Option<Calibration>, FileError> {
+    if let (Some(path), true) = (table.file(&p::DEVICE_MODEL)?, takes_robot(table)) {
+        let text = text_at(&path, table.logged(&p::DEVICE_MODEL));
+        if text
+            .and_then(|text| is_robot(&path, &text))
+            .is_ok_and(|is| is)
+        {
+            return Ok(None);
+        }
+    }
+    Ok(device_model(table)?.and_then(|model| model.calibration))
 }
 
 /// The text of a device file for the log of a run, if one is named that is not ours.

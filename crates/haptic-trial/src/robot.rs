@@ -21,7 +21,7 @@ use crate::keys::admittance::{
 use crate::plant_file::source_of;
 use fracdiff::parameter::Shown;
 use fracdiff::scheme::{Operator, OperatorHistory};
-use fracdiff::{Differintegrator, Order, Scheme, Seconds};
+use fracdiff::{Differintegrator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{
     AdmittanceBody, AdmittanceBox, AdmittanceLoop, AdmittanceNumber, AdmittanceWorld, ForceFilter,
     HandImpedance, LoopOperator, Robot, VelocityLoop,
@@ -98,11 +98,11 @@ fn ends(table: &Table<'_>, key: &Parameter) -> Result<[f64; 2], FileError> {
 ///
 /// # Errors
 /// One that its scheme cannot make.
-pub fn rendered(
+pub fn rendered<F: Real>(
     scheme: Scheme,
     order: Order,
     sample_time: Seconds,
-) -> Result<Operator<f64>, Failure> {
+) -> Result<Operator<F>, Failure> {
     let runs = if scheme == Scheme::Exact {
         "full".parse().map_err(Failure::input)?
     } else {

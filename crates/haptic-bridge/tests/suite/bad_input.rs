@@ -20,6 +20,8 @@ pub(crate) fn device(name: &CStr) -> HbDevice {
         watchdog_ms: 0,
         sensed_force_max_n: 0.0,
         serial_number: ptr::null(),
+        takes: HB_FORCE,
+        robot: ptr::null(),
     }
 }
 
@@ -41,7 +43,7 @@ const PORT: &CStr = c"127.0.0.1:0";
 fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
     assert!(refused(ptr::null(), Some(PORT), 500).contains("NULL"));
     type Change = fn(&mut HbDevice);
-    let cases: [(Change, &[&str]); 17] = [
+    let cases: [(Change, &[&str]); 20] = [
         (|it| it.size = 8, &["size = 8", "sizeof(hb_device)"]),
         (|it| it.name = ptr::null(), &["name = \"\"", "1 to 16"]),
         (
@@ -79,6 +81,15 @@ fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
                 it.workspace_high_m = [0.1; 3];
             },
             &["workspace_low_m = 0.2 m on axis 2", "0.1"],
+        ),
+        (|it| it.takes = 2, &["takes = 2", "HB_VELOCITY (1)"]),
+        (
+            |it| it.takes = HB_VELOCITY,
+            &["robot = NULL", "[admittance]"],
+        ),
+        (
+            |it| it.robot = c"robot.toml".as_ptr(),
+            &["robot = \"robot.toml\"", "HB_FORCE"],
         ),
         (
             |it| it.watchdog_ms = 5000,
@@ -220,5 +231,35 @@ fn a_position_and_a_force_in_one_array_are_what_they_are_in_two() {
         assert_eq!(hb_tick(bridge, 1000, both_m, both_m), 6);
         assert_eq!(both, [0.0; 3]);
         hb_close(bridge);
+    }
+}
+
+#[test]
+fn the_call_of_the_other_kind_gives_zero_and_says_so() {
+    let robot = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/robot.toml");
+    let robot = CString::new(robot).expect("no zero");
+    let moving = HbDevice {
+        takes: HB_VELOCITY,
+        robot: robot.as_ptr(),
+        sensed_force_max_n: 50.0,
+        ..device(c"robot")
+    };
+    // SAFETY: what lives here.
+    unsafe {
+        for (what, is_robot) in [(moving, true), (device(c"one"), false)] {
+            let bridge = hb_open(&what, PORT.as_ptr(), ptr::null_mut(), 0);
+            assert!(!bridge.is_null());
+            for (moves, code) in [(is_robot, 0), (!is_robot, HB_OTHER)] {
+                let (position, mut output) = ([0.0; 3], [7.0; 3]);
+                let tick = if moves { hb_tick_motion } else { hb_tick };
+                let told = tick(bridge, 1000, position.as_ptr(), output.as_mut_ptr());
+                assert_eq!((told, output), (code, [0.0; 3]));
+            }
+            assert_eq!(hb_fault(bridge), 0);
+            hb_close(bridge);
+        }
+        let mut output = [7.0; 3];
+        let told = hb_tick_motion(ptr::null_mut(), 1, output.as_ptr(), output.as_mut_ptr());
+        assert_eq!((told, output), (HB_NULL, [0.0; 3]));
     }
 }

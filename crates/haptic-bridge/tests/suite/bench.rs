@@ -1,7 +1,7 @@
 //! A bridge and its host in virtual time; what would be the line carries each byte at once, unless it is cut.
 
 use crate::allocations;
-use haptic_bridge::{Bridge, BridgeTicker, Description, Handle, LineSide};
+use haptic_bridge::{Bridge, BridgeTicker, Description, Handle, LineSide, Takes};
 use haptic_link::{
     CoefficientBlock, Configuration, DeviceReport, DigestBuilder, FRAME_MAX, FaultReport, Limits,
     Reason, Refusal, Request, Scope, Start, Statistics,
@@ -29,6 +29,7 @@ pub(crate) fn description(axes: u32) -> Description {
         workspace_high_m: [0.1; 3],
         watchdog_ms: 0,
         serial_number: "bench-0042".to_owned(),
+        takes: Takes::Force,
     }
 }
 
@@ -51,6 +52,22 @@ pub(crate) fn wall() -> (Configuration, Vec<f32>) {
         ..Configuration::PASSIVE
     };
     (configuration, values)
+}
+
+/// A spring of 1000 N/m behind a surface at 1 cm, for a robot.
+pub(crate) fn stiff_wall() -> (Configuration, Vec<f32>) {
+    let configuration = Configuration {
+        stiffness_n_per_m: 1000.0,
+        one_sided: true,
+        surface_m: 0.01,
+        limits: Limits {
+            force_n: 20.0,
+            watchdog_ms: 1000,
+            ..Limits::DEFAULT
+        },
+        ..Configuration::PASSIVE
+    };
+    (configuration, vec![0.0])
 }
 
 /// The requests that stage and commit it, to last.
@@ -78,6 +95,9 @@ pub(crate) struct Bench {
     /// Time from call to call, µs.
     pub(crate) apart_us: u64,
     pub(crate) position_m: [f64; 3],
+    /// Force at the sensor, N, before each call; `None` for a program that gives none.
+    pub(crate) sensed_n: Option<[f64; 3]>,
+    /// The force, or the velocity of a robot.
     pub(crate) force_n: [f64; 3],
     pub(crate) reports: Vec<DeviceReport>,
     /// The host hears and speaks.
@@ -99,6 +119,7 @@ impl Bench {
             host_us: 0,
             apart_us: TICK_US,
             position_m: [0.0; 3],
+            sensed_n: None,
             force_n: [0.0; 3],
             reports: Vec::new(),
             is_there: true,
@@ -174,7 +195,14 @@ impl Bench {
     pub(crate) fn tick_after(&mut self, time_us: u64) {
         self.time_us += time_us;
         let before = allocations();
-        self.force_n = self.ticker.tick(self.time_us, Some(&self.position_m));
+        if let Some(sensed_n) = &self.sensed_n {
+            self.ticker.sense(sensed_n);
+        }
+        self.force_n = if self.ticker.takes_motion() {
+            (self.ticker).tick_motion(self.time_us, Some(&self.position_m))
+        } else {
+            self.ticker.tick(self.time_us, Some(&self.position_m))
+        };
         self.allocations += allocations() - before;
     }
 

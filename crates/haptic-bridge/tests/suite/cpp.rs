@@ -1,6 +1,8 @@
 //! The example in C++: it compiles without a warning, and is a device for our host.
 
-use std::io::{BufRead as _, BufReader};
+use crate::host::Host;
+use haptic_loop::Fault;
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use testkit::Folder;
@@ -54,10 +56,10 @@ struct Example {
 }
 
 impl Example {
-    fn start(program: &Path, libraries: &Path) -> Self {
+    fn start(program: &Path, libraries: &Path, what: &Path) -> Self {
         let mut command = Command::new(program);
         command.env("LD_LIBRARY_PATH", libraries);
-        command.args(["127.0.0.1:0", "3"]);
+        command.arg("127.0.0.1:0").arg(what);
         let piped = command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = piped.spawn().expect("starts");
         let mut output = BufReader::new(child.stdout.take().expect("piped"));
@@ -71,6 +73,11 @@ impl Example {
         }
     }
 
+    fn tell(&mut self, line: &str) {
+        let input = self.child.stdin.as_mut().expect("piped");
+        writeln!(input, "{line}").expect("listens");
+    }
+
     /// What it printed last.
     fn end(mut self) -> String {
         drop(self.child.stdin.take());
@@ -81,22 +88,27 @@ impl Example {
     }
 }
 
+/// An example as a program, and where its library is.
+fn compiled(folder: &Path, example: &str) -> (PathBuf, PathBuf) {
+    let (program, libraries) = (folder.join(example), libraries());
+    let mut compile = strict("c++", "-std=c++17");
+    let flags = std::env::var("EXAMPLE_FLAGS").unwrap_or_default();
+    compile.args(flags.split_whitespace());
+    compile.arg("-pthread");
+    compile.arg(here("examples").join(example).with_extension("cpp"));
+    compile.arg("-L").arg(&libraries);
+    compile.arg("-lhaptic_bridge").arg("-o").arg(&program);
+    run(&mut compile);
+    (program, libraries)
+}
+
 #[test]
 fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     if !is_here("c++") {
         return;
     }
     let folder = Folder::empty();
-    let program = folder.join("simulated_device");
-    let libraries = libraries();
-    let mut compile = strict("c++", "-std=c++17");
-    let flags = std::env::var("EXAMPLE_FLAGS").unwrap_or_default();
-    compile.args(flags.split_whitespace());
-    compile.arg("-pthread");
-    compile.arg(here("examples/simulated_device.cpp"));
-    compile.arg("-L").arg(&libraries);
-    compile.arg("-lhaptic_bridge").arg("-o").arg(&program);
-    run(&mut compile);
+    let (program, libraries) = compiled(&folder, "simulated_device");
     // The header is C too.
     let source = folder.join("header.c");
     std::fs::write(&source, "#include <haptic_bridge.h>\nhb_device device;\n").expect("writes");
@@ -104,15 +116,15 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     compile.arg("-c").arg("-o").arg(folder.join("header.o"));
     run(compile.arg(&source));
 
-    let example = Example::start(&program, &libraries);
-    let mut host = crate::host::Host::connect(example.port);
+    let example = Example::start(&program, &libraries, Path::new("3"));
+    let mut host = Host::connect(example.port);
     // Its hand holds it 2 mm beside a spring of 100 N/m, or presses.
     let largest_n = host.presses(1000);
     assert!(largest_n > 0.1, "{largest_n} N");
     assert_eq!(host.fault, None);
     drop(host);
     // The next host finds it as it was.
-    let mut host = crate::host::Host::connect(example.port);
+    let mut host = Host::connect(example.port);
     assert!(host.presses(1000) > 0.1);
     // It calls hb_stop at its end, which is no end of a run like any other.
     let message = example.end();
@@ -124,23 +136,102 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
 }
 
 #[test]
+fn the_robot_in_cpp_renders_a_wall_exactly_at_the_virtual_port_and_comes_to_rest_in_every_trouble()
+{
+    if !is_here("c++") {
+        return;
+    }
+    let folder = Folder::empty();
+    let (program, libraries) = compiled(&folder, "simulated_robot");
+    let robot = here("examples/robot.toml");
+    for (trouble, fault) in [
+        ("", None),
+        ("nan", Some(Fault::ForceSensor)),
+        ("silence", Some(Fault::ForceSensor)),
+    ] {
+        let mut example = Example::start(&program, &libraries, &robot);
+        let mut host = Host::connect(example.port);
+        // Nobody pushes while its sensor rests.
+        host.starts_the_robot();
+        example.tell("3");
+        // 3 N at 1000 N/m, behind a surface at 1 cm.
+        let port = host.until(if trouble.is_empty() { 5000 } else { 500 });
+        if trouble.is_empty() {
+            let (depth_m, force_n) = (port.position_m - 0.01, port.force_n);
+            assert!((depth_m / 3e-3 - 1.0).abs() < 0.01, "{depth_m} m");
+            assert!((force_n / -3.0 - 1.0).abs() < 0.01, "{force_n} N");
+        } else {
+            // Away from the wall, and in motion when its sensor fails.
+            example.tell("-10");
+            host.until(100);
+            example.tell(trouble);
+            host.until_a_fault();
+            let held = host.until(200);
+            assert!(held.position_m < 0.01, "it moved");
+            // The command stands; the robot itself has a last micrometre to go.
+            let later = host.until(50);
+            assert!(
+                (later.position_m - held.position_m).abs() < 1e-6,
+                "it holds"
+            );
+        }
+        assert_eq!(host.fault, fault);
+        drop(host);
+        let message = example.end();
+        let braked = message.split_whitespace().nth(2).expect("a number");
+        let braked: u32 = braked.parse().expect("a number");
+        // 0.5 m/s at 20 m/s².
+        assert!(braked <= 25 && (braked > 0) == fault.is_some(), "{message}");
+    }
+}
+
+#[test]
+fn a_host_that_does_not_know_the_robot_does_not_arm_it() {
+    if !is_here("c++") {
+        return;
+    }
+    let folder = Folder::empty();
+    let (program, libraries) = compiled(&folder, "simulated_robot");
+    let example = Example::start(&program, &libraries, &here("examples/robot.toml"));
+    let reason = Host::connect(example.port).armed().to_string();
+    for word in [
+        "device_model=robot.toml",
+        "[admittance]",
+        "bandwidth_hz",
+        "dead_time_s",
+    ] {
+        assert!(reason.contains(word), "{reason}");
+    }
+    assert!(example.end().starts_with("at rest 0 ms"));
+}
+
+#[test]
 fn the_lines_for_ros2_control_compile_with_get_value_and_without_and_write_three_axes() {
     if !is_here("c++") {
         return;
     }
     let folder = Folder::empty();
     let guide = std::fs::read_to_string(here("../../docs/guide/src/bridge.md")).expect("a page");
-    let (_, lines) = guide.split_once("## ROS 2").expect("a section");
-    let (_, lines) = lines.split_once("```cpp\n").expect("a block");
-    let lines = lines.split("```").next().expect("lines");
-    std::fs::write(folder.join("lines.hpp"), lines).expect("writes");
+    let block = |heading: &str, before: &str| {
+        let (_, lines) = guide.split_once(heading).expect("a section");
+        let (_, lines) = lines.split_once(before).expect("a place");
+        let (_, lines) = lines.split_once("```cpp\n").expect("a block");
+        lines.split("```").next().expect("lines").to_owned()
+    };
+    let pushes = block("\n## ROS 2\n", "");
+    let (value, _) = pushes.split_once("\n\n").expect("a helper");
+    let moves = block("\n## A robot that takes a velocity\n", "ros2_control");
+    std::fs::write(folder.join("motion.hpp"), format!("{value}\n{moves}")).expect("writes");
+    std::fs::write(folder.join("lines.hpp"), &pushes).expect("writes");
     for version in ["-DGET_VALUE", "-DGET_OPTIONAL"] {
-        let program = folder.join(version);
-        let mut compile = strict("c++", "-std=c++17");
-        compile.arg(version).arg("-I").arg(&*folder);
-        compile.arg(here("tests/ros2_control.cpp"));
-        run(compile.arg("-o").arg(&program));
-        run(&mut Command::new(&program));
+        for kind in ["-DFORCE", "-DMOTION"] {
+            let program = folder.join(format!("{version}{kind}"));
+            let mut compile = strict("c++", "-std=c++17");
+            compile.args([version, kind]).arg("-I").arg(&*folder);
+            compile.arg(here("tests/ros2_control.cpp"));
+            run(compile.arg("-o").arg(&program));
+            run(&mut Command::new(&program));
+        }
     }
 }
 
@@ -162,7 +253,14 @@ fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
     configure.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display()));
     run(&mut configure);
     run(Command::new("cmake").arg("--build").arg(&build));
-    Example::start(&build.join("simulated_device"), &prefix.join("lib")).end();
+    Example::start(
+        &build.join("simulated_device"),
+        &prefix.join("lib"),
+        Path::new("3"),
+    )
+    .end();
+    let robot = here("examples/robot.toml");
+    Example::start(&build.join("simulated_robot"), &prefix.join("lib"), &robot).end();
     for flags in [
         &["--cflags", "--libs"][..],
         &["--cflags", "--libs", "--static"],
@@ -181,6 +279,6 @@ fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
             .args(message.split_whitespace())
             .arg("-o")
             .arg(&program));
-        Example::start(&program, &prefix.join("lib")).end();
+        Example::start(&program, &prefix.join("lib"), Path::new("3")).end();
     }
 }

@@ -11,6 +11,7 @@ mod cost;
 mod cpp;
 mod enemies;
 mod host;
+mod motion;
 mod mutants;
 mod over_tcp;
 mod period;

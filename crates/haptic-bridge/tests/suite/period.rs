@@ -192,7 +192,7 @@ fn periods(bench: &mut Bench) -> (u32, u32) {
     };
     let statistics = bench.statistics();
     assert_eq!(can.tick_period_min_us, can.tick_period_max_us);
-    assert!(!can.lets_go_alone);
+    assert!(!can.lets_go_alone.lets_go);
     (can.tick_period_min_us, statistics.period_ns)
 }
 

@@ -5,7 +5,7 @@ use super::model::{HaplyModel, HaplyName, HaplyPlane, middle};
 use super::protocol::{
     ANSWER_BYTES, HaplyTrouble, TORQUE_MAX_NM, configuration, judged, reset, resynchronise, torques,
 };
-use haptic_link::Capabilities;
+use haptic_link::{Capabilities, Conduct};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause, USB_PERIOD_US};
 use haptic_remote::{Exchange, Hardware, abilities};
@@ -290,7 +290,7 @@ impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
             force_rate_max_n_per_s: 2000.0 * FORCE_MAX_N,
             position_resolution_m: self.model.resolution_m(),
             // It keeps the last torque until it receives another one.
-            lets_go_alone: false,
+            lets_go_alone: Conduct::default(),
             ..abilities(board, D as u8)
         }
     }

@@ -8,7 +8,7 @@ use haptic_document::{FileError, Table, parameters as p};
 use haptic_link::Limits;
 use haptic_run::device::DeviceName;
 use haptic_run::remote::{RemoteDevice, device_name};
-use haptic_trial::device_table::{device_model, without};
+use haptic_trial::device_table::{calibration, without};
 use haptic_trial::safety::Safety;
 use std::collections::BTreeMap;
 
@@ -53,7 +53,7 @@ pub(crate) fn remote_by(
         watchdog_ms: watchdog_s.map(|time| (1e3 * time).round() as u16),
         late_ticks,
         max_age_ticks,
-        calibration: device_model(table)?.and_then(|model| model.calibration),
+        calibration: calibration(table)?,
         ..RemoteDevice::new(name)
     }))
 }

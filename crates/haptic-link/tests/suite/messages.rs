@@ -1,12 +1,12 @@
 //! Messages of every kind, with values that differ from field to field.
 
 use haptic_link::{
-    Ack, Alive, AxisWorkspace, BATCH_MAX, BatchItem, Capabilities, CoefficientBlock, Configuration,
-    ControllerCost, ControllerForm, ControllerLaw, ControllerPart, DeviceReport, Event, EventKind,
-    FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode, OperatorForm,
-    OperatorShape, Outcome, Reason, Refusal, Request, SENSED_MAX, Sample, SampleBatch, Scope,
-    SerialNumber, Simulation, SimulationKind, Start, State, Statistics, Status, SurfaceKind,
-    SurfaceShape, Trouble, WorkspaceBox,
+    Ack, Alive, AxisWorkspace, BATCH_MAX, BatchItem, Capabilities, CoefficientBlock, Conduct,
+    Configuration, ControllerCost, ControllerForm, ControllerLaw, ControllerPart, DeviceReport,
+    Event, EventKind, FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode,
+    OperatorForm, OperatorShape, Outcome, Reason, Refusal, Request, SENSED_MAX, Sample,
+    SampleBatch, Scope, SerialNumber, Simulation, SimulationKind, Start, State, Statistics, Status,
+    SurfaceKind, SurfaceShape, Trouble, WorkspaceBox,
 };
 
 pub(crate) fn status() -> Status {
@@ -277,7 +277,10 @@ pub(crate) fn reports() -> Vec<DeviceReport> {
             degree_max: 0x0605,
             flight_samples: 0x0807,
             image_digest: 0x0c0b_0a09,
-            lets_go_alone: true,
+            lets_go_alone: Conduct {
+                lets_go: true,
+                moves: true,
+            },
         }),
         ack(Outcome::Done),
         DeviceReport::Configuration {

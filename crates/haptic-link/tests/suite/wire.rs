@@ -7,8 +7,8 @@ mod one_form;
 use crate::frames::{body, header, line};
 use crate::messages::{configuration, extreme_batch, reports, requests, sample};
 use haptic_link::{
-    BATCH_MAX, BatchItem, DeviceReport, DigestBuilder, Direction, EncodeError, FRAME_MAX, Receiver,
-    Request, SENSED_MAX, Sample, encode,
+    BATCH_MAX, BatchItem, Conduct, DeviceReport, DigestBuilder, Direction, EncodeError, FRAME_MAX,
+    Receiver, Request, SENSED_MAX, Sample, encode,
 };
 use proptest::prelude::*;
 
@@ -243,4 +243,25 @@ proptest! {
             receiver.push(byte);
         }
     }
+}
+
+#[test]
+fn firmware_that_knows_no_motion_says_the_same_as_ever() {
+    for (byte, lets_go, moves) in [
+        (0, false, false),
+        (1, true, false),
+        (2, false, true),
+        (3, true, true),
+    ] {
+        let conduct = Conduct { lets_go, moves };
+        assert_eq!(postcard::from_bytes(&[byte]), Ok(conduct));
+        let mut room = [9; 1];
+        assert_eq!(
+            postcard::to_slice(&conduct, &mut room).as_deref(),
+            Ok(&[byte][..])
+        );
+    }
+    assert!(postcard::from_bytes::<Conduct>(&[4]).is_err());
+    // A host from before takes a device that moves for damaged.
+    assert!(postcard::from_bytes::<bool>(&[2]).is_err());
 }

@@ -194,14 +194,18 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         }
     }
 
-    /// Takes a reading of the resting sensor, which is not armed: the robot must stand still, and nobody touch the handle.
+    /// Takes a reading of the resting sensor, which is not armed: the robot must stand still, and nobody touch the handle. Readings older
+    /// than two [rests](MotionLimits::rest_time) are forgotten, so that a robot may rest for as long as it likes.
     pub fn rest(&self, state: &mut MotionState<F, D>, reading: &MotionReading<F, D>) {
         let shown = &reading.sensed_force_n;
-        let rest = &mut state.rest;
         if state.armed || !finite(shown) {
-            *rest = Rest::default();
+            (state.rest, state.rested) = (Rest::default(), Rest::default());
             return;
         }
+        if state.rest.count == self.rest_ticks {
+            state.rested = core::mem::take(&mut state.rest);
+        }
+        let rest = &mut state.rest;
         if rest.count == 0 {
             (rest.first, rest.least, rest.most) = (*shown, *shown, *shown);
         }
@@ -229,7 +233,8 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         state: &mut MotionState<F, D>,
         reading: &MotionReading<F, D>,
     ) -> Result<AtRest<F, D>, MotionStartRefused> {
-        let rest = core::mem::take(&mut state.rest);
+        let rested = core::mem::take(&mut state.rested);
+        let rest = rested.and(&core::mem::take(&mut state.rest));
         if !state.is_at_rest() {
             return Err(MotionStartRefused::Moves);
         }

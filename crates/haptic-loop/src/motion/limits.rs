@@ -96,6 +96,50 @@ impl<const D: usize> MotionLimits<D> {
         }
     }
 
+    /// The same limits with these ends, on as many axes.
+    #[must_use]
+    pub const fn between<const E: usize>(
+        self,
+        low: [Metres; E],
+        high: [Metres; E],
+    ) -> MotionLimits<E> {
+        let Self {
+            speed,
+            speed_norm,
+            acceleration,
+            acceleration_norm,
+            jerk,
+            sensor_range,
+            force,
+            following,
+            force_age,
+            stuck,
+            offset_share,
+            rest_time,
+            dead_band,
+            hand_energy,
+            ..
+        } = self;
+        MotionLimits {
+            speed,
+            speed_norm,
+            acceleration,
+            acceleration_norm,
+            jerk,
+            low,
+            high,
+            sensor_range,
+            force,
+            following,
+            force_age,
+            stuck,
+            offset_share,
+            rest_time,
+            dead_band,
+            hand_energy,
+        }
+    }
+
     /// Longest time from a fault or stop to rest, s: ⌈speed/(a·T)⌉ samples, of the acceleration that an axis may have.
     #[must_use]
     pub fn stop_time(&self, sample_time: Seconds) -> Seconds {

@@ -1,5 +1,6 @@
 //! The state of a motion chain, and why it stands still.
 
+use crate::safety::Fault;
 use crate::safety::clamps::norm;
 use fracdiff::Real;
 use fracdiff::parameter::Shown;
@@ -44,6 +45,20 @@ impl MotionFault {
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
+    }
+
+    /// The fault of a loop, as it goes over the wire.
+    #[must_use]
+    pub const fn of_loop(self) -> Fault {
+        match self {
+            Self::NotFinite | Self::StaleForce | Self::SensorSaturated | Self::SensorStuck => {
+                Fault::ForceSensor
+            }
+            Self::Force => Fault::HandForce,
+            Self::Following => Fault::Following,
+            Self::HandEnergy => Fault::HandEnergy,
+            Self::RobotFailed => Fault::BoardFailed,
+        }
     }
 }
 
@@ -106,6 +121,21 @@ pub enum MotionStartRefused {
     Fault(MotionFault),
 }
 
+impl MotionStartRefused {
+    /// The fault of a loop that keeps it from a start, as it goes over the wire; `None` while the command still moves.
+    #[must_use]
+    pub const fn of_loop(&self) -> Option<Fault> {
+        match self {
+            Self::Moves => None,
+            Self::TooShort { .. } | Self::Offset { .. } | Self::Unsteady { .. } => {
+                Some(Fault::ForceSensor)
+            }
+            Self::Outside { .. } => Some(Fault::Workspace),
+            Self::Fault(fault) => Some(fault.of_loop()),
+        }
+    }
+}
+
 /// The chain's state: command, latched fault, wish to stop, what the sensor has shown.
 ///
 /// *Start-up*: not armed, at rest at 0.
@@ -133,7 +163,9 @@ pub struct MotionState<F, const D: usize> {
     pub(super) energy: F,
     /// Number of the tick that comes next, if none is missing.
     pub(super) next: Option<u64>,
+    /// The readings at rest now, and the whole rest before.
     pub(super) rest: Rest<F, D>,
+    pub(super) rested: Rest<F, D>,
 }
 
 /// Readings of the resting sensor.
@@ -145,6 +177,34 @@ pub(super) struct Rest<F, const D: usize> {
     pub(super) sum: SVector<F, D>,
     pub(super) least: SVector<F, D>,
     pub(super) most: SVector<F, D>,
+}
+
+impl<F: Real, const D: usize> Rest<F, D> {
+    /// All readings of two rests, this the first.
+    pub(super) fn and(self, next: &Self) -> Self {
+        if self.count == 0 || next.count == 0 {
+            return if self.count == 0 { *next } else { self };
+        }
+        let count = F::from_f64(f64::from(next.count));
+        let each = |f: fn(F, F) -> bool, a: &SVector<F, D>, b: &SVector<F, D>| {
+            SVector::from(core::array::from_fn(|axis| {
+                if f(a[axis], b[axis]) {
+                    a[axis]
+                } else {
+                    b[axis]
+                }
+            }))
+        };
+        Self {
+            count: self.count + next.count,
+            first: self.first,
+            sum: SVector::from(core::array::from_fn(|axis| {
+                self.sum[axis] + next.sum[axis] + count * (next.first[axis] - self.first[axis])
+            })),
+            least: each(|a, b| a < b, &self.least, &next.least),
+            most: each(|a, b| a > b, &self.most, &next.most),
+        }
+    }
 }
 
 impl<F: Real, const D: usize> Default for Rest<F, D> {
@@ -179,6 +239,7 @@ impl<F: Real, const D: usize> Default for MotionState<F, D> {
             energy: F::ZERO,
             next: None,
             rest: Rest::default(),
+            rested: Rest::default(),
         }
     }
 }

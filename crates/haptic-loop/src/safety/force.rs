@@ -139,6 +139,18 @@ fracdiff::enumerated! {
         /// whatever the device does.
         #[error("one channel of the encoder changes without the other")]
         EncoderWire = 13,
+        /// The force sensor of a device that moves was silent, saturated or stuck, or not at rest at a start.
+        #[error("the force sensor was silent, saturated, stuck, or not at rest at the start")]
+        ForceSensor = 14,
+        /// The sensed force on a device that moves is above its limit.
+        #[error("the force of the hand was above its limit: it may have been caught")]
+        HandForce = 15,
+        /// A device that moves is too far from its command.
+        #[error("the robot did not follow its command")]
+        Following = 16,
+        /// A device that moves gave the hand more energy than its limit.
+        #[error("the robot gave energy to the hand: the loop is not stable in it")]
+        HandEnergy = 17,
     }
 }
 
@@ -150,7 +162,11 @@ impl Fault {
             | Self::PositionStuck
             | Self::PositionJump
             | Self::BoardFailed
-            | Self::EncoderWire => false,
+            | Self::EncoderWire
+            | Self::ForceSensor
+            | Self::HandForce
+            | Self::Following
+            | Self::HandEnergy => false,
             Self::NonFiniteForce
             | Self::HostSilent
             | Self::TickOverrun

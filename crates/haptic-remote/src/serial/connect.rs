@@ -153,6 +153,7 @@ impl SerialLink {
             capabilities: abilities("", 0),
             has_controllers: false,
             has_surfaces: false,
+            knows_robot: false,
             latency_ms: None,
             path: path.to_string(),
             ahead: None,

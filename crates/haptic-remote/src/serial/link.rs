@@ -79,6 +79,8 @@ pub struct SerialLink {
     pub(super) has_controllers: bool,
     /// It knows the message of surfaces.
     pub(super) has_surfaces: bool,
+    /// The motion of the device is known.
+    pub(super) knows_robot: bool,
     pub(super) latency_ms: Option<u32>,
     pub(super) path: String,
     /// Heard before its turn, to see whether a newer sample waits.
@@ -127,6 +129,11 @@ impl SerialLink {
             self.plausible = Plausible::of(can.force_max_n, can.sensed_force_max_n, can.simulated);
             self.capabilities = can;
         }
+    }
+
+    /// The motion of a device that moves is known, and judged: it may be [armed](Self::arm).
+    pub const fn knows_robot(&mut self) {
+        self.knows_robot = true;
     }
 
     /// Raises the threads that read and write to a real-time priority, so that keep-alives are sent on a busy machine.

@@ -260,6 +260,11 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.safety().observed_energy_j()
     }
 
+    /// No force acts, and a device that moves is at rest.
+    fn is_at_rest(&self) -> bool {
+        self.safety().is_at_rest() && !self.hardware().moves()
+    }
+
     fn safety(&self) -> &SafetyState<f32, D> {
         self.engaged.controller().safety()
     }

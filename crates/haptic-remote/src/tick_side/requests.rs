@@ -30,7 +30,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         if faults != self.faults {
             return Err(Refusal::UnknownFault);
         }
-        if !self.safety().is_at_rest() {
+        if !self.is_at_rest() {
             return Err(Refusal::ForceNotZero);
         }
         // A board that was reset took the place where it stood for its zero.
@@ -93,6 +93,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.engaged.controller_mut().reset();
         self.hardware_mut().restart();
         self.may_start()?;
+        self.hardware_mut().drive()?;
         self.records.borrow_mut().outbox.forget_samples();
         self.records.borrow_mut().flight.clear();
         self.run = Some(start.run);
@@ -178,7 +179,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     pub(crate) fn may_install(&self) -> Result<(), Refusal> {
         match self.state {
             State::Idle => Ok(()),
-            State::Fault if self.safety().is_at_rest() => Ok(()),
+            State::Fault if self.is_at_rest() => Ok(()),
             State::Fault => Err(Refusal::ForceNotZero),
             state @ (State::Armed | State::Running | State::Stopping) => Err(Refusal::State(state)),
         }

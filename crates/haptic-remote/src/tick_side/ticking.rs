@@ -168,7 +168,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         let missed = core::mem::take(&mut self.missed);
         let forced = match self.state {
             State::Running | State::Stopping => true,
-            State::Fault => !self.safety().is_at_rest(),
+            State::Fault => !self.is_at_rest(),
             State::Idle | State::Armed => false,
         };
         if let Some(exchange) = self.hardware_mut().exchange() {
@@ -255,7 +255,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         match self.state {
             State::Running | State::Stopping => self.run_stream,
             // Samples after a fault belong to the run that the fault ended.
-            State::Fault if self.aftermath > 0 || !self.safety().is_at_rest() => self.run_stream,
+            State::Fault if self.aftermath > 0 || !self.is_at_rest() => self.run_stream,
             State::Idle | State::Armed | State::Fault => self.idle_stream,
         }
     }
@@ -269,7 +269,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
                 self.end(State::Armed, EventKind::Finished);
             }
         }
-        if self.state == State::Stopping && self.safety().is_at_rest() {
+        if self.state == State::Stopping && self.is_at_rest() {
             let (state, kind) = self.after;
             self.state = state;
             self.event(kind);

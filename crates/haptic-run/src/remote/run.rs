@@ -18,7 +18,7 @@ use haptic_document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME
 use haptic_document::{Failure, Named};
 use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
 use haptic_loop::realtime::Fallback;
-use haptic_loop::{Controller, Environment, Tap, Workspace};
+use haptic_loop::{Controller, Environment, GuardRefused, Tap, Workspace};
 use haptic_message::TickMessage;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Companions, SerialError, SerialLink};
@@ -26,6 +26,7 @@ use haptic_trial::GuardChoice;
 use haptic_trial::drive_verdict::DriveVerdict;
 use haptic_trial::ending::ForceKeeper;
 use haptic_trial::preflight::{Findings, LoopJudge, MEASURED, delay_samples, note_findings};
+use haptic_trial::robot::RobotModel;
 use haptic_trial::safety::keys::{DEVICE_DAMPING, DEVICE_MASS};
 use haptic_trial::samples::RunStart;
 use haptic_trial::tick::TickRecord;
@@ -47,6 +48,8 @@ pub struct RemoteRun<'a, M = TickMessage> {
     pub force_unstable: bool,
     /// True to tare its force sensor while it is idle; a device that holds its handle from its first tick on is tared anyway.
     pub tares: bool,
+    /// The robot at a port, if the device moves: without it none is armed.
+    pub robot: Option<&'a RobotModel>,
     /// Known dynamics of a device at a port.
     pub dynamics: Option<Dynamics>,
     /// Folder and names of the files of the run.
@@ -82,6 +85,7 @@ impl<'a, M> RemoteRun<'a, M> {
             preflight: None,
             force_unstable: false,
             tares: false,
+            robot: None,
             dynamics: None,
             metadata: BTreeMap::new(),
         }
@@ -137,6 +141,11 @@ impl<'a, M> RemoteRun<'a, M> {
         let (patience, stop) = (device.patience, Some(supervisor.stop));
         let mut link = (device.name).connect_with(D, patience, supervisor.warn, stop)?;
         device.calibrate(&mut link)?;
+        let moves = link.capabilities().lets_go_alone.moves;
+        fits_motion(moves, self.robot.is_some(), self.law.guard.0)?;
+        if moves {
+            link.knows_robot();
+        }
         let path = link.path().to_owned();
         let holds = self.law.controller.is_some();
         let problem = |error: SerialError| match error.is_refusal() {
@@ -226,6 +235,22 @@ impl<M> Ready<'_, M> {
     }
 }
 
+/// A device that moves needs its robot, and no passivity guard; no other has a robot.
+fn fits_motion(moves: bool, is_known: bool, guard: GuardChoice) -> Result<(), Failure> {
+    match (moves, is_known) {
+        (false, false) => Ok(()),
+        (false, true) => {
+            let reason =
+                "[admittance] is of a robot that takes a velocity, and this device takes a force";
+            let advice = "give the device file of this one";
+            Err(Failure::input_with_advice(reason, advice))
+        }
+        (true, _) if guard != GuardChoice::Off => Err(Failure::input(GuardRefused)),
+        (true, false) => Err(Failure::input(LinkError::UnknownRobot)),
+        (true, true) => Ok(()),
+    }
+}
+
 /// Keep-alives for a while, and by them whole samples from a device to a loop here and back; 0 for a loop in the device.
 pub fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Schedule) -> usize {
     let measured = link.measure_round_trip(MEASURED);
@@ -252,7 +277,7 @@ impl<'a, M: TickRecord> Ready<'a, M> {
         record.lateness = Some(self.device.lateness());
         record.keeper = ForceKeeper {
             served: self.link.is_served(),
-            alone: self.link.capabilities().lets_go_alone,
+            alone: self.link.capabilities().lets_go_alone.lets_go,
         };
         record.not_realtime = raised(&self.link, self.schedule);
         if partner.as_ref().is_some_and(|partner| !partner.is_drive()) {
@@ -398,4 +423,27 @@ fn describe(link: &SerialLink, device: &RemoteDevice, metadata: &mut BTreeMap<St
         "watchdog_s",
         (f64::from(device.watchdog_ms()) * 1e-3).to_string(),
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_runs_with_its_file_and_without_a_guard_and_nothing_else_with_one() {
+        let off = GuardChoice::Off;
+        for (moves, is_known, guard, words) in [
+            (true, false, off, "device_model=robot.toml"),
+            (true, true, GuardChoice::Observer, "passivity guard"),
+            (true, true, GuardChoice::EnergyBounding, "passivity guard"),
+            (false, true, off, "takes a force"),
+        ] {
+            let refused = fits_motion(moves, is_known, guard).expect_err(words);
+            assert!(refused.to_string().contains(words), "{refused}");
+        }
+        for guard in [off, GuardChoice::Observer, GuardChoice::EnergyBounding] {
+            assert!(fits_motion(false, false, guard).is_ok());
+        }
+        assert!(fits_motion(true, true, off).is_ok());
+    }
 }

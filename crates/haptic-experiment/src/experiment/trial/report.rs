@@ -103,6 +103,7 @@ impl<T: Trial> Conducted<T> {
         let run = RemoteRun {
             preflight: Some(&look),
             force_unstable: self.conduct.force_unstable,
+            robot: setup.robot.as_deref(),
             dynamics: Some(dynamics),
             metadata,
             ..RemoteRun::new(remote, law, schedule, &|_| blank(0.0), request)

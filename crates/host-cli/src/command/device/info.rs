@@ -118,7 +118,9 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
         "degree_max": can.degree_max,
         "flight_samples": can.flight_samples,
         // False where a driver may hold the last force.
-        "lets_go_alone": can.lets_go_alone,
+        "lets_go_alone": can.lets_go_alone.lets_go,
+        // True of a robot that takes a velocity.
+        "moves": can.lets_go_alone.moves,
         "state": status.state.to_string(),
         "fault": fault_in_words(status),
         // Words of a board of another maker, or of a program that is a device.
