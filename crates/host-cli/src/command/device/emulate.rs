@@ -91,8 +91,8 @@ impl Kind {
 /// It works with the maker's own programs too.
 #[derive(Debug, Args)]
 #[command(
-    after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
-                  serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
+    after_help = format!("Examples:\n  host-cli device emulate --link device\n  host-cli relax --device \
+                  serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy\n  \
                   host-cli relax --device haply:2diy --duration 20s\n  \
                   host-cli device emulate --link blue --facing white gap=1mm facing_drop=1%\n  \
                   host-cli device emulate --link bench specimen=fish-muscle area=2cm2 sensed_range=20N\n\nKeys:{}",
