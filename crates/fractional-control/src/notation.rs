@@ -202,7 +202,7 @@ impl Reader<'_> {
     }
 
     fn raised(&self, base: &Quotient, exponent: f64, at: usize) -> Result<Quotient, ControlError> {
-        if libm::trunc(exponent) == exponent && exponent.abs() > 4.0 {
+        if (libm::trunc(exponent) - exponent).abs() == 0.0 && exponent.abs() > 4.0 {
             let allowed = "from -4 to 4, the highest order: write a further lag as a dead time, as in exp(-s)/(s+1)^4";
             return Err(RangeError::new("power of a bracket", exponent, allowed, "").into());
         }

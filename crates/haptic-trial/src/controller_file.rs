@@ -101,11 +101,8 @@ impl ControllerFile {
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Parsed::of(path, text)?;
         let laws = LAWS.map(|(name, _)| name);
-        let is_plant = |table: &&str| document.has(table) && !document.has("loop");
-        if ["device", "state_space", "transfer_function"]
-            .iter()
-            .any(|table| is_plant(&table))
-        {
+        let mut of_plants = ["device", "state_space", "transfer_function"].into_iter();
+        if !document.has("loop") && of_plants.any(|table| document.has(table)) {
             let key = p::CONTROLLER_SAMPLE_TIME.key;
             return Err(FileError::wording(
                 "",

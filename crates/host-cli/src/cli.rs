@@ -278,16 +278,17 @@ fn print_long_help() -> std::io::Result<()> {
 
 /// Suggestion for an unknown option, command or name: an existing one, or a key.
 fn meant(error: &clap::Error) -> Option<String> {
-    let kind = match error.kind() {
-        ErrorKind::UnknownArgument => ContextKind::InvalidArg,
-        ErrorKind::InvalidValue => ContextKind::InvalidValue,
-        _ => ContextKind::InvalidSubcommand,
-    };
-    let typed = error.get(kind)?.to_string();
     if let Some(ContextValue::Strings(names)) = error.get(ContextKind::ValidValue) {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let typed = error.get(ContextKind::InvalidValue)?.to_string();
         return Some(format!("did you mean `{}`?", nearest(&typed, &names)?));
     }
+    let kind = if error.kind() == ErrorKind::UnknownArgument {
+        ContextKind::InvalidArg
+    } else {
+        ContextKind::InvalidSubcommand
+    };
+    let typed = error.get(kind)?.to_string();
     if let Err(error) = DeviceName::from_str(&typed)
         && error.contains("is a port")
     {
