@@ -60,11 +60,7 @@ pub(crate) fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<D
 }
 
 /// A document with these parameters over it.
-fn over(
-    mut document: Document,
-    kind: &str,
-    parameters: &Bound<'_, PyDict>,
-) -> PyResult<Document> {
+fn over(mut document: Document, kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
     let tables = of_kind(kind);
     for (written, value) in parameters.iter() {
         let written: String = written.extract()?;

@@ -80,7 +80,6 @@ struct Finished {
 /// Runs an experiment of a kind, or of a file or log, into a folder; its kind and report, and what a user should know.
 #[pyfunction]
 #[pyo3(signature = (kind, file, parameters, out, overwrite, force_unstable, progress))]
-#[expect(clippy::too_many_arguments, reason = "Python has names for them")]
 pub(crate) fn run_experiment<'py>(
     kind: &str,
     file: Option<PathBuf>,
