@@ -161,6 +161,22 @@ def test_a_design_is_that_of_the_command_and_says_what_it_misses() -> None:
         design(oven)
 
 
+def test_a_wish_is_taken_with_its_unit_and_without_that_of_its_key() -> None:
+    found = design("0.55exp(-s)/(62s+1)", crossover="0.1 rad/s", phase_margin="65deg")
+    same = design("0.55exp(-s)/(62s+1)", 0.1, math.radians(65))
+    assert found == same
+    for given, error, text in [
+        ({"crossover_rad_s": "0.1 Hertz"}, ValueError, "is not an angular frequency"),
+        ({"crossover_rad_s": 0.1, "phase_margin": 65}, ValueError, "write 65deg"),
+        ({"bandwidth": 0.1}, TypeError, "did you mean `crossover_rad_s`"),
+        ({"crossover": 0.1, "crossover_rad_s": 0.1}, TypeError, "given twice"),
+    ]:
+        with pytest.raises(error, match=text):
+            design("0.55exp(-s)/(62s+1)", **given)
+    with pytest.raises(FileNotFoundError):
+        design("none.toml", 0.1)
+
+
 def test_a_loop_is_that_of_the_command_however_its_parts_are_given(tmp_path) -> None:
     (tmp_path / "ramp.csv").write_text("time_s,reference\n0,0\n1,0.5\n2,1\n4,1\n")
     (tmp_path / "pi.toml").write_text("[pid]\nproportional_gain = 2\nintegral_gain_per_s_lambda = 1\n[loop]\nsample_time_s = 0.01\n")

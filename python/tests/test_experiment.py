@@ -99,6 +99,31 @@ def test_a_coupler_runs() -> None:
     assert "object_position_m" in run.columns
 
 
+def test_a_file_and_its_log_run_again_and_a_table_is_none(tmp_path) -> None:
+    file = tmp_path / "wall.toml"
+    keys = {**WALL, "duration_s": 1.0, "window_s": 0.2}
+    file.write_text("[wall]\n" + "".join(f"{key} = {value}\n" for key, value in keys.items()), encoding="utf-8")
+    run = experiment.run(file, out=tmp_path / "run", stiffness="1 kN/m")
+    same = experiment.wall(**{**keys, "stiffness_n_per_m": 1000.0})
+    again = experiment.run(tmp_path / "run" / "wall.mcap")
+    for other in (same, again):
+        assert other.kind == run.kind == "wall"
+        assert np.array_equal(other["reaction_force_n"], run["reaction_force_n"])
+    with pytest.raises(FileNotFoundError):
+        experiment.run(tmp_path / "none.toml")
+    table = tmp_path / "record.csv"
+    table.write_text("time_s,strain\n0,0\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="is a table, no experiment"):
+        experiment.run(table)
+
+
+def test_a_press_and_a_teleoperation_run() -> None:
+    pressed = experiment.press(tissue="liver", depth="1 mm", hold_time="0.5s")
+    assert abs(pressed["position_m"][-1] / 1e-3 - 1) < 0.02 and pressed["force_n"][-1] > 0
+    far = experiment.teleoperation(duration_s=6.0)
+    assert far.kind == "teleoperation" and far.report["samples"] == len(far["slave_force_n"])
+
+
 def test_zwidth_finds_what_the_analysis_says() -> None:
     done: list[int] = []
     report = experiment.zwidth(orders=[1.0], points=3, progress=done.append)

@@ -133,7 +133,7 @@ def test_every_part_of_a_device_is_read() -> None:
 @pytest.mark.parametrize(
     ("call", "error", "text"),
     [
-        (lambda: analysis.Device("65 mm"), ValueError, 'mass_kg: "65 mm" is not a mass: .* kg, g'),
+        (lambda: analysis.Device("65 mm"), ValueError, 'mass_kg: "65 mm" is a length, not a mass: .* kg, g'),
         (lambda: analysis.Device("-65 g"), ValueError, "mass -0.065 kg is not above 0"),
         (lambda: analysis.Device(65), ValueError, "mass_kg: 65 has no unit: write 65g, or 65kg if it is that"),
         (lambda: analysis.Device(mass=65.0), ValueError, "mass_kg: 65 has no unit"),
@@ -161,7 +161,7 @@ def test_experiments_take_texts_with_units_and_keys_without() -> None:
             experiment.wall(mass=mass, **loop)
     heavy = experiment.wall(mass_kg=65, **loop)["position_m"].tolist()
     assert heavy == experiment.wall(mass="65 kg", **loop)["position_m"].tolist()
-    with pytest.raises(ValueError, match='sample_time_s: "1 kg" is not a time'):
+    with pytest.raises(ValueError, match='sample_time_s: "1 kg" is a mass, not a time'):
         experiment.relax(sample_time="1 kg")
     with pytest.raises(ValueError, match="strain: .*write 0.05, without a comma"):
         experiment.relax(strain="0,05")

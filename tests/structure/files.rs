@@ -208,6 +208,92 @@ fn the_folders_that_decisions_name_are_there() {
     assert!(named > 1, "{named}");
 }
 
+/// Pages besides the guide whose commands are copied into a shell.
+const COPIED: [&str; 5] = [
+    "README.md",
+    "crates/host-cli/README.md",
+    "firmware/README.md",
+    "firmware/examples/rp2040/README.md",
+    "python/README.md",
+];
+
+/// Reasons why a line of a block of shell is read otherwise somewhere, by the rules of the guide's page of commands.
+fn differs(line: &str, ruled: &[char]) -> Vec<&'static str> {
+    let mut found = Vec::new();
+    if line.split_whitespace().any(|word| word.starts_with('#')) {
+        found.push("zsh and cmd.exe know no comment at the prompt");
+    }
+    let ours = ["host-cli ", "cargo ", "pip ", "python "];
+    if ours.iter().any(|program| line.starts_with(program)) {
+        // Behind each second mark a text is quoted.
+        for (at, part) in line.split('"').enumerate() {
+            let plain = |c: char| c.is_alphanumeric() || " -_./:=%+@…".contains(c);
+            let quoted = |c: char| plain(c) || "[](),^*<>".contains(c);
+            let known = |c: char| plain(c) || ruled.contains(&c);
+            if !part
+                .chars()
+                .all(|c| if at % 2 == 1 { quoted(c) } else { known(c) })
+            {
+                found.push(
+                    "a mark is special in some shell: leave it out, or write \"…\" around its word",
+                );
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn a_command_that_is_copied_means_the_same_in_every_shell() {
+    use testkit::book::{self, Markdown};
+    // The marks for which the page has a rule of PowerShell.
+    let rules = book::chapter("commands.md");
+    let rows = rules.split("|---|---|\n").nth(1).expect("a table").lines();
+    let rows = rows.take_while(|row| row.starts_with('|'));
+    let ruled = |c: &char| !c.is_alphanumeric() && !" |`.".contains(*c);
+    let ruled: Vec<char> = rows
+        .flat_map(|row| {
+            row.split('`')
+                .nth(1)
+                .expect("what the guide writes")
+                .chars()
+                .filter(ruled)
+        })
+        .collect();
+    assert_eq!(ruled, ['>', ',']);
+    let pages = COPIED.map(|page| {
+        (
+            page.to_owned(),
+            std::fs::read_to_string(crate::root().join(page)).expect("a page"),
+        )
+    });
+    let chapters = book::chapters().into_iter().filter(|file| !file.is_empty());
+    let chapters = chapters.map(|file| (file.clone(), book::chapter(&file)));
+    let mut found = Vec::new();
+    for (page, text) in pages.into_iter().chain(chapters) {
+        for block in Markdown::new(&text)
+            .blocks
+            .iter()
+            .filter(|block| block.language == "sh")
+        {
+            for line in block.text.lines() {
+                let why = differs(line, &ruled).into_iter();
+                found.extend(why.map(|why| format!("{page}: {line}: {why}")));
+            }
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+    for line in [
+        "relax # first",
+        "host-cli relax \\",
+        "host-cli x '1/s'",
+        "host-cli x 1/(s+1)",
+        "host-cli x \"$a\"",
+    ] {
+        assert!(!differs(line, &ruled).is_empty(), "{line}");
+    }
+}
+
 /// Idioms in the comments of all product code. To be lowered, never raised.
 const IDIOMS_MOST: usize = 10;
 

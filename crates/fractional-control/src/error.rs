@@ -76,12 +76,12 @@ pub enum ControlError {
     },
     /// A plant whose function grows with frequency, or jumps, beside powers of brackets that do not fall as fast.
     #[error(
-        "beside its powers of brackets the plant has order {numerator} above and {denominator} below, which is too fast: add a pole, as in 1/(0.01s+1)"
+        "order {numerator} above and {denominator} below: beside a power of a bracket the plant must fall faster with frequency: add a pole, as in 1/(0.01s+1)"
     )]
     BesideFactors {
-        /// Order of the numerator.
+        /// Order of the numerator, with its brackets.
         numerator: f64,
-        /// Order of the denominator.
+        /// Order of the denominator, with its brackets.
         denominator: f64,
     },
     /// Orders without a common divisor that is large enough.

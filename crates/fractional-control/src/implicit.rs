@@ -263,10 +263,10 @@ impl ImplicitFactors {
                 denominator,
             });
         }
-        let (numerator, denominator) = (above.degree(), below.degree());
-        let moves = numerator > 0.0 || denominator > 0.0;
+        let (rises, falls) = (above.degree(), below.degree());
+        let moves = rises > 0.0 || falls > 0.0;
         let jumps = |degree: f64| degree > SAME || moves && degree > -SAME;
-        let is_fast = numerator > denominator || left.degree().is_some_and(jumps);
+        let is_fast = rises > falls || left.degree().is_some_and(jumps);
         if is_fast && !left.is_empty() {
             return Err(ControlError::BesideFactors {
                 numerator,

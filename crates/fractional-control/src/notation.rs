@@ -202,9 +202,13 @@ impl Reader<'_> {
     }
 
     fn raised(&self, base: &Quotient, exponent: f64, at: usize) -> Result<Quotient, ControlError> {
+        if (libm::trunc(exponent) - exponent).abs() == 0.0 && exponent.abs() > 4.0 {
+            let allowed = "from -4 to 4, the highest order: write a further lag as a dead time, as in exp(-s)/(s+1)^4";
+            return Err(RangeError::new("power of a bracket", exponent, allowed, "").into());
+        }
         base.raised_to(exponent)?.ok_or(ControlError::Notation {
             at,
-            expected: "0, 1, 2, 3 or 4 as the power of a bracket, or any power of one such as (0.2s+1), both numbers above 0",
+            expected: "0, 1, 2, 3 or 4 as the power of this bracket: any power has one such as (0.2s+1), both numbers above 0",
         })
     }
 

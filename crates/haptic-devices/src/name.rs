@@ -210,7 +210,7 @@ mod tests {
         let refusal = heavy.metres("radius", 0.0..=1.0, 1.0).expect_err("a mass");
         assert_eq!(
             refusal.to_string(),
-            "radius: \"2kg\" is not a length: give a finite number, with one of the units m, cm, mm, um, µm, nm or none for SI"
+            "radius: \"2kg\" is a mass, not a length: give a finite number, with one of the units m, cm, mm, um, µm, nm or none for SI"
         );
         let far = read("x,radius=2m").expect("reads");
         let refusal = far.metres("radius", 0.0..=1.0, 1.0).expect_err("too far");

@@ -248,6 +248,9 @@ impl<'a> Layer<'a> {
                 {
                     "decimals have a point, not a comma".to_owned()
                 }
+                _ if text[span.start..].starts_with(['“', '”', '„', '‘', '’', '«', '»']) => {
+                    "a text stands between straight quotes, as in \"liver\"".to_owned()
+                }
                 _ => with_unit(text, span.start).unwrap_or_else(|| lines.join("; ")),
             };
             source.fail(span.start, reason).of_file(String::new())

@@ -366,7 +366,11 @@ fn prefixed(label: &str, largest: f64) -> Option<(String, f64)> {
 
 /// A value of an axis in four digits, with its minus sign.
 pub(crate) fn four_digits(value: f64) -> String {
-    let decimals = (3 - libm::log10(value.abs()).floor() as i32).clamp(0, 9) as usize;
+    let decimals = 3 - libm::log10(value.abs()).floor() as i32;
+    // A large number is rounded too: 6415000.
+    let step = libm::exp10(f64::from(-decimals.min(0)));
+    let (rounded, decimals) = ((value / step).round() * step, decimals.clamp(0, 9) as usize);
+    let value = if step > 1.0 { rounded } else { value };
     let text = format!("{value:.decimals$}");
     text.replace('-', "−")
 }

@@ -96,6 +96,13 @@ pub fn short(text: &str) -> Cow<'_, str> {
 /// ```
 pub fn did_you_mean<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
+    let begins = |name: &&&str| written.len() > 2 && name.starts_with(&format!("{written}-"));
+    let alike: Vec<String> = (names.iter().filter(begins))
+        .map(|name| format!("`{name}`"))
+        .collect();
+    if alike.len() > 1 {
+        return format!("did you mean {}?", alike.join(" or "));
+    }
     match nearest(written, &names) {
         Some(nearest) => format!("did you mean `{nearest}`?"),
         None => format!("known are {}", names.join(", ")),

@@ -160,12 +160,19 @@ const ENDS: &[End] = &[
     written_end("", "", 1.0, (0, 0)),
 ];
 
+/// A body's m in m·D^α v: its end is that of a dissipation, its unit one power of time more.
+const INERTANCE: &str = "body_inertance";
+static OF_INERTANCE: End = end("", "NUMBER", &DISSIPATION, "N·s^(1+α)/m", (0, 0));
+
 /// A key without its unit, and what its end says; that of a topic, as `/grip_n`, says nothing: somebody else named it.
 fn parts_of_key(key: &str) -> (&str, &'static End) {
     let mut ends = ENDS.iter();
     let found = ends.find_map(|end| Some((key.strip_suffix(end.end)?, end)));
     let found = found.filter(|_| !key.starts_with('/'));
-    found.unwrap_or((key, &ENDS[ENDS.len() - 1]))
+    match found {
+        Some((INERTANCE, _)) => (INERTANCE, &OF_INERTANCE),
+        found => found.unwrap_or((key, &ENDS[ENDS.len() - 1])),
+    }
 }
 
 /// A key without its unit: of `stiffness_n_per_m` `stiffness`.
@@ -212,15 +219,20 @@ pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
 
 /// Kinds of keys or their names, numbers above which nobody means the SI unit who writes none, that unit, and the one that may be
 /// meant.
-const DOUBTFUL: [(&str, f64, &str, &str); 7] = [
+const DOUBTFUL: [(&str, f64, &str, &str); 8] = [
     ("MASS", 5.0, "kg", "g"),
     ("ANGLE", 6.3, "rad", "deg"),
     ("AREA", 1.0, "m2", "mm2"),
     ("LENGTH", 1.0, "m", "mm"),
     ("sample_time", 0.1, "s", "ms"),
+    // As 1000 Hz.
+    ("sample_time", 0.1, "s", "us"),
     ("delay", 1.0, "s", "ms"),
     ("strain", 1.0, "", "%"),
 ];
+
+/// No wall is softer: a bare number below is doubted.
+const SOFTEST_N_PER_M: f64 = 10.0;
 
 /// Refuses a number without a unit that no device has in the SI unit, but in another.
 ///
@@ -238,6 +250,12 @@ pub fn doubt(key: &str, text: &str) -> Result<(), String> {
     let text = text.trim();
     let in_unit = |unit: &str| parse_for_key(key, &format!("{text}{unit}")).ok();
     let names = [kind_of_key(key), without_unit(key)];
+    let is_soft = |number: f64| number > 0.0 && number < SOFTEST_N_PER_M;
+    if without_unit(key) == "stiffness" && is_bare(text) && in_unit("").is_some_and(is_soft) {
+        return Err(format!(
+            "{text} has no unit: write {text}N/mm, or {text}N/m if it is that"
+        ));
+    }
     let mut doubtful = DOUBTFUL.iter().filter(|_| is_bare(text));
     let found = doubtful.find(|(name, most, si, other)| {
         let is_it = names.iter().any(|known| known.ends_with(name));
@@ -353,7 +371,13 @@ impl fmt::Display for QuantityError {
         };
         let named = units.iter().map(|(unit, _)| *unit);
         let units: Vec<&str> = named.filter(|unit| !unit.is_empty()).collect();
-        write!(f, "\"{text}\" is not {what}: ")?;
+        let others = ENDS.iter().map(|end| end.quantity);
+        let others = others.filter(|other| **other != NUMBER && !is_bare(text));
+        let mut others = others.filter(|other| read(other.1, text).is_some());
+        match others.next() {
+            Some((other, _)) => write!(f, "\"{text}\" is {other}, not {what}: ")?,
+            None => write!(f, "\"{text}\" is not {what}: ")?,
+        }
         match &self.meant {
             Some(meant) => write!(f, "write {meant}"),
             None if units.is_empty() => f.write_str("give a finite number alone"),
@@ -440,10 +464,15 @@ mod tests {
             let meant = [key, stem, dashed.as_str(), "other"].map(|name| is_meant(key, name));
             assert_eq!(meant, [true, true, true, false], "{key}");
         }
+        let inertance = WrittenUnit::of_key("body_inertance_n_s_mu_per_m", 1.0);
+        assert_eq!(inertance.symbol, "N·s^(1+α)/m");
+        assert!(
+            doubt("stiffness_n_per_m", "3").is_err() && doubt("stiffness_n_per_m", "30").is_ok()
+        );
         let error = parse_for_key("mass_kg", "3m")
             .expect_err("a length")
             .to_string();
-        assert!(error.contains("is not a mass"), "{error}");
+        assert!(error.contains("\"3m\" is a length, not a mass"), "{error}");
     }
 
     #[test]
@@ -512,7 +541,7 @@ mod tests {
         ] {
             let error = parse_for_key("_s", bad).expect_err(bad).to_string();
             assert!(
-                error.contains("is not a time") && error.contains("ms"),
+                error.contains("not a time") && error.contains("ms"),
                 "{error}"
             );
         }

@@ -11,14 +11,20 @@ use std::path::Path;
 /// If it cannot be read, or a log is not whole or has none.
 pub fn read_document(path: &Path) -> Result<Document, FileError> {
     let name = path.to_string_lossy().to_lowercase();
+    let log = path.display();
+    let refuse = |reason: String| FileError::wording("", reason);
+    let is_table = |end: &str| name.ends_with(end) && path.exists();
+    if [".csv", ".tsv", ".xls", ".xlsx"].into_iter().any(is_table) {
+        return Err(refuse(format!(
+            "`{log}` is a table, no experiment: `identify` makes a tissue of a record, `control identify` a plant"
+        )));
+    }
     if ![".mcap", ".mcap.part"]
         .iter()
         .any(|end| name.ends_with(end))
     {
         return Ok(Document::of_text(path, &text_of(path, "experiment")?));
     }
-    let refuse = |reason: String| FileError::wording("", reason);
-    let log = path.display();
     let summary = inspect(path).map_err(|error| refuse(error.to_string()))?;
     let reasons = summary.reasons().join("; ");
     if !reasons.is_empty() {

@@ -1,5 +1,6 @@
 //! Remedies for numbers that a library refuses, and a check for numbers that no device can hold.
 
+use crate::keys::admittance::{FORCE_CUTOFF, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME};
 use crate::safety::keys::{
     DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
     WORKSPACE_HIGH, WORKSPACE_LOW,
@@ -28,7 +29,7 @@ const BY_LABEL: [Parameter; 7] = [
 
 /// Quantities derived from several parameters: the library's name, and the remedy.
 #[rustfmt::skip]
-const FOLLOWS: [(&str, &str, &[Parameter]); 14] = [
+const FOLLOWS: [(&str, &str, &[Parameter]); 20] = [
     ("alpha", "it is K·T²/m: change the stiffness, ", &[MASS, SAMPLE_TIME]),
     ("beta", "it is B·T^(2−μ)/m: change the dissipation, ", &[MASS, SAMPLE_TIME]),
     ("delta", "it is b·T/m: change ", &[DAMPING, MASS, SAMPLE_TIME]),
@@ -44,6 +45,12 @@ const FOLLOWS: [(&str, &str, &[Parameter]); 14] = [
     ("damping of the device", "change ", &[DAMPING, DEVICE_DAMPING, GUARD]),
     ("delay of the guard", "change ", &[DELAY, DEVICE_DELAY_MOST, GUARD]),
     ("lag of the actuator", "change ", &[CURRENT_LAG, DEVICE_LAG, GUARD]),
+    ("natural frequency of the robot's loop", "change ", &[ROBOT_BANDWIDTH]),
+    ("natural frequency of the robot", "change ", &[ROBOT_BANDWIDTH]),
+    ("damping ratio of the robot's loop", "change ", &[ROBOT_DAMPING]),
+    ("corner frequency of the force filter", "change ", &[FORCE_CUTOFF]),
+    ("dead time", "change ", &[ROBOT_DEAD_TIME, SAMPLE_TIME]),
+    ("dead time of the robot", "change ", &[ROBOT_DEAD_TIME]),
 ];
 
 /// Remedy for a quantity that a library refuses; `None` if no parameter sets it.
@@ -51,7 +58,11 @@ fn change(what: &str) -> Option<String> {
     if let Some((_, words, made_of)) = FOLLOWS.iter().find(|(known, ..)| *known == what) {
         let keys: Vec<String> = made_of.iter().map(ToString::to_string).collect();
         let (last, first) = keys.split_last()?;
-        return Some(format!("{words}{} or {last}", first.join(", ")));
+        return Some(if first.is_empty() {
+            format!("{words}{last}")
+        } else {
+            format!("{words}{} or {last}", first.join(", "))
+        });
     }
     let mut all = SAFETY.iter().chain(&BY_LABEL);
     let key = all.find(|parameter| label(parameter.key) == what)?;
@@ -73,6 +84,12 @@ pub fn analysed(error: AnalysisError) -> Failure {
     if let AnalysisError::Range(range) = &error
         && let Some(advice) = change(range.what)
     {
+        return Failure::input_with_advice(error, advice);
+    }
+    if matches!(error, AnalysisError::Unresolved { .. }) {
+        let advice = format!(
+            "a motion is much faster or slower than {SAMPLE_TIME}: change that, the device or {ROBOT_BANDWIDTH}"
+        );
         return Failure::input_with_advice(error, advice);
     }
     Failure::input_with_advice(

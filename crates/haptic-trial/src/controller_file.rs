@@ -101,6 +101,17 @@ impl ControllerFile {
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Parsed::of(path, text)?;
         let laws = LAWS.map(|(name, _)| name);
+        let mut of_plants = ["device", "state_space", "transfer_function"].into_iter();
+        if !document.has("loop") && of_plants.any(|table| document.has(table)) {
+            let key = p::CONTROLLER_SAMPLE_TIME.key;
+            return Err(FileError::wording(
+                "",
+                format_args!(
+                    "{}: a plant, or a controller without [loop] and its `{key}`: `control design` makes a controller for a plant",
+                    path.display()
+                ),
+            ));
+        }
         let (name, law, mut tables) =
             document.one_of(&laws, &["loop", "source"], "controller", CHOICE)?;
         let known = LAWS.iter().find(|(law, _)| *law == name);

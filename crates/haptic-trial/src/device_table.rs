@@ -103,7 +103,7 @@ pub fn samples_fit(
         return Ok(());
     }
     Err(table.fail_at("duration_s", format_args!(
-        "duration_s = {duration_s} is {samples} samples of {sample_time_s} s, not in [{}, {:e}]",
+        "duration_s = {duration_s} is {samples} samples of {sample_time_s} s, not in [{}, {:e}]: change `duration_s` or `sample_time_s`",
         range.start(),
         range.end(),
         duration_s = Shown(duration_s),

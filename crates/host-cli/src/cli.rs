@@ -6,7 +6,7 @@ use crate::command::run::Experiment;
 use crate::names::{Names, option_of};
 use crate::options::{self, WithFiles, keys};
 use crate::output::{Output, note, refused};
-use clap::error::{ContextKind, ErrorKind};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
 use haptic_quantity::{is_bare, is_unit, nearest};
@@ -14,7 +14,7 @@ use haptic_run::DeviceName;
 use std::any::TypeId;
 use std::collections::BTreeSet;
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr as _;
 
@@ -276,8 +276,13 @@ fn print_long_help() -> std::io::Result<()> {
     command.after_help(after).print_help()
 }
 
-/// Suggestion for an unknown option or command: an existing one, or a key.
+/// Suggestion for an unknown option, command or name: an existing one, or a key.
 fn meant(error: &clap::Error) -> Option<String> {
+    if let Some(ContextValue::Strings(names)) = error.get(ContextKind::ValidValue) {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let typed = error.get(ContextKind::InvalidValue)?.to_string();
+        return Some(format!("did you mean `{}`?", nearest(&typed, &names)?));
+    }
     let kind = if error.kind() == ErrorKind::UnknownArgument {
         ContextKind::InvalidArg
     } else {
@@ -301,38 +306,77 @@ fn meant(error: &clap::Error) -> Option<String> {
         "emulate" => emulate::names(),
         name => options::names(name),
     };
-    let below = command.get_subcommands().map(clap::Command::get_name);
-    let below = below.map(str::to_owned);
+    let name = clap::Command::get_name;
+    let below = command
+        .get_subcommands()
+        .map(|below| name(below).to_owned());
+    // `stability` is below `analyze`.
+    let deeper = command.get_subcommands().flat_map(|below| {
+        let deeper = below.get_subcommands().map(name);
+        deeper.map(move |deeper| format!("{} {deeper}", name(below)))
+    });
+    let below = below.chain(deeper);
     let keys = keys.into_iter().map(|key| format!("{key}=VALUE"));
     let known: Vec<String> = options.into_iter().chain(below).chain(keys).collect();
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
-    let name = nearest(wanted, &known)?;
-    Some(format!("did you mean `{name}`?"))
+    match (nearest(wanted, &known), command.get_name()) {
+        (Some(name), _) => Some(format!("did you mean `{name}`?")),
+        (None, "emulate") => emulate::of_device(wanted),
+        (None, "reproduce") => Some("all figures are made, 3.3 to 7.2: omit it".to_owned()),
+        _ => None,
+    }
 }
 
-/// Advice for words that a blank has torn apart: `60 s`, `mass = 65g`, `0.5 1` behind an option.
+/// Advice for a word that other shells read themselves: `#`, `'quoted'`, `\` at the end of a line.
+fn handed_on(words: &[String]) -> Option<String> {
+    let quotes = ['\'', '‘', '’', '“', '”', '„'];
+    words.iter().find_map(|word| match word.as_str() {
+        "#" => Some("this shell hands `#` on: leave it out, and the comment behind it".to_owned()),
+        "\\" => Some("this shell hands `\\` on: write the command in one line".to_owned()),
+        word if word.starts_with(quotes) => Some(format!(
+            "this shell hands the quotes of {word} on: write \"{}\"",
+            word.trim_matches(quotes)
+        )),
+        _ => None,
+    })
+}
+
+/// The path of a file that blanks have torn apart.
+fn torn_path(words: &[String]) -> Option<String> {
+    let starts = 1..words.len();
+    let all = starts.flat_map(|start| (start + 2..=words.len()).map(move |end| start..end));
+    let mut paths = all.filter_map(|some| Some(words.get(some)?.join(" ")));
+    paths.find(|path| Path::new(path).is_file())
+}
+
+/// Advice for words that a blank has torn apart: `60 s`, `mass = 65g`, `0.5 1` behind an option; and for those that no shell has read.
 fn torn() -> Option<String> {
     let words: Vec<String> = std::env::args_os()
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
-    words.windows(3).find_map(|words| {
-        let [before, word, next] = words else {
-            return None;
-        };
-        let number = word
-            .rsplit_once('=')
-            .map_or(word.as_str(), |(_, text)| text);
-        let is_option = before.starts_with("--") && !before.contains('=');
-        let written = if word == "=" {
-            format!("{before}={next}")
-        } else if is_bare(number) && is_unit(next) {
-            format!("{word}{next}")
-        } else if is_option && is_bare(word) && is_bare(next) {
-            return Some(format!("write {word},{next}, if both are of {before}"));
-        } else {
-            return None;
-        };
-        Some(format!("write {written}, without a blank"))
+    if let Some(path) = torn_path(&words) {
+        return Some(format!("write \"{path}\", with the quotes"));
+    }
+    handed_on(&words).or_else(|| {
+        words.windows(3).find_map(|words| {
+            let [before, word, next] = words else {
+                return None;
+            };
+            let number = word
+                .rsplit_once('=')
+                .map_or(word.as_str(), |(_, text)| text);
+            let is_option = before.starts_with("--") && !before.contains('=');
+            let written = if word == "=" {
+                format!("{before}={next}")
+            } else if is_bare(number) && is_unit(next) {
+                format!("{word}{next}")
+            } else if is_option && is_bare(word) && is_bare(next) {
+                return Some(format!("write {word},{next}, if both are of {before}"));
+            } else {
+                return None;
+            };
+            Some(format!("write {written}, without a blank"))
+        })
     })
 }
 

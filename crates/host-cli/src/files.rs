@@ -31,7 +31,7 @@ pub(crate) struct Files {
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
-    pictures: Pictures,
+    pub(crate) pictures: Pictures,
 }
 
 impl Files {

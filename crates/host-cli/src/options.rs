@@ -19,7 +19,7 @@ use haptic_quantity::{doubt, kind_of_key, parse_for_key, without_unit};
 use haptic_trial::DeviceModel;
 use serde::de::DeserializeOwned;
 use std::marker::PhantomData;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use toml::Value;
 
 /// Options and values of a command, as they were typed.
@@ -241,7 +241,11 @@ impl<N: Named> Options<N> {
                 .split_once('=')
                 .filter(|(key, _)| !key.trim().is_empty())
             else {
-                let error = "is not KEY=VALUE, as sample_time=1ms; a name goes with its option, as --tissue liver";
+                let error = if Path::new(text).is_file() {
+                    "is a file: `host-cli run` runs an experiment file, `host-cli identify` makes a tissue of a record"
+                } else {
+                    "is not KEY=VALUE, as sample_time=1ms; a name goes with its option, as --tissue liver"
+                };
                 return Err(refused(shown, error.to_owned()));
             };
             let (written, parameter) = (written.trim(), found(kind, written.trim()));

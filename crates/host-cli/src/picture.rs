@@ -279,6 +279,21 @@ fn column(curves: &Curves, name: &str, scale: f64) -> Points {
     curves.time_s.iter().copied().zip(scaled).collect()
 }
 
+/// Time over which forces are averaged that switch from tick to tick where a line takes energy, s.
+const MEAN_S: f64 = 0.02;
+
+/// The mean of each 20 ms, as a hand or a tissue takes it.
+fn smoothed(points: &Points) -> Points {
+    let step = points.get(1).map_or(MEAN_S, |next| next.0 - points[0].0);
+    let most = (MEAN_S / step).round().max(1.0);
+    let mean = |some: &[(f64, f64)]| {
+        let sum = (some.iter()).fold((0.0, 0.0), |sum, at| (sum.0 + at.0, sum.1 + at.1));
+        let count = some.len() as f64;
+        (sum.0 / count, sum.1 / count)
+    };
+    points.chunks(most as usize).map(mean).collect()
+}
+
 /// One side of a teleoperation: places and forces.
 fn of_side(curves: &Curves) -> Result<Picture, FigureError> {
     let column = |name, scale| column(curves, name, scale);
@@ -344,10 +359,14 @@ fn of_pair(stiffnesses: &[(&str, Points)], curves: &Curves) -> Result<Picture, F
         .with("master", Look::Line, 0, column("position_m", 1e3))
         .with("slave", Look::Line, 1, column("far_position_m", 1e3));
     // In compression both are positive, so equal curves are a line that nobody feels.
-    let forces = over_time("force on the hand, and of the slave on the place", FORCE)
-        // That of the slave switches from tick to tick where the line takes energy: it is beneath.
-        .with("slave", Look::Line, 1, column("far_force_n", 1.0))
-        .with("master", Look::Line, 0, column("force_n", -1.0));
+    let forces = over_time("forces on hand and place, mean of 20 ms", FORCE)
+        .with(
+            "slave",
+            Look::Line,
+            1,
+            smoothed(&column("far_force_n", 1.0)),
+        )
+        .with("master", Look::Line, 0, smoothed(&column("force_n", -1.0)));
     let energy = over_time("energy taken by the line", "energy / mJ");
     let energy = energy.with("line", Look::Line, 3, column("taken_j", 1e3));
     let points = |name: &str| {

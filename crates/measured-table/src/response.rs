@@ -236,8 +236,14 @@ fn columns(
         }
     };
     let lacking = |column: ResponseColumn| {
+        let is_time = |name: &String| name.to_lowercase().starts_with("time");
+        let remedy = if column == Frequency && heading.names.iter().any(is_time) {
+            "it is a record over time, of which `control identify` makes a plant"
+        } else {
+            "give frequency in Hz or rad/s; gain and phase, or real and imaginary"
+        };
         format!(
-            "no column of the {} in the header {:?}; give frequency in Hz or rad/s; gain and phase, or real and imaginary",
+            "no column of the {} in the header {:?}; {remedy}",
             column.name(),
             heading.names.join(",")
         )

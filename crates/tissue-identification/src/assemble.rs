@@ -548,7 +548,9 @@ impl Assembly {
         } else if self.0.values.len() > 1 && !has(Column::Time) && !has(Column::Omega) {
             format!("add a column of times, or name it with {COLUMNS}, as in time=3")
         } else {
-            format!("give time_s and relaxation_modulus_pa, or {COLUMNS}, as in time=1,modulus=3")
+            format!(
+                "give time_s and relaxation_modulus_pa, or {COLUMNS}, as in time=1,modulus=3; of a plant's input and output `control identify` makes a plant"
+            )
         };
         IdentifyError::Record(format!(
             "the columns make no record, found {found}: {missing}"

@@ -56,7 +56,11 @@ pub(crate) fn provenance() -> BTreeMap<String, String> {
 
 /// The document of a kind with these parameters.
 pub(crate) fn document(kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
-    let mut document = Document::new(kind);
+    over(Document::new(kind), kind, parameters)
+}
+
+/// A document with these parameters over it.
+fn over(mut document: Document, kind: &str, parameters: &Bound<'_, PyDict>) -> PyResult<Document> {
     let tables = of_kind(kind);
     for (written, value) in parameters.iter() {
         let written: String = written.extract()?;

@@ -1,6 +1,6 @@
-//! Runs: relaxation, creep, a wall, a coupler, a touch.
+//! Runs: experiments of every kind, and those of files.
 
-use super::{Heard, document, failed, provenance};
+use super::{Heard, document, failed, over, provenance};
 use crate::arrays::Array;
 use crate::conducted::{Conduct, Interrupted, conduct};
 use crate::json::to_python;
@@ -12,7 +12,7 @@ use haptic_experiment::{ExperimentFile, Failure};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_message::{EventMessage, TickMessage};
 use haptic_run::FolderRequest;
-use haptic_run::{Pace, RealtimeOptions, Supervisor};
+use haptic_run::{Pace, RealtimeOptions, Supervisor, read_document};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::path::{Path, PathBuf};
@@ -77,21 +77,31 @@ struct Finished {
     warnings: Vec<String>,
 }
 
-/// Runs an experiment into a folder; its report, and what a user should know.
+/// Runs an experiment of a kind, or of a file or log, into a folder; its kind and report, and what a user should know.
 #[pyfunction]
+#[pyo3(signature = (kind, file, parameters, out, overwrite, force_unstable, progress))]
 pub(crate) fn run_experiment<'py>(
     kind: &str,
+    file: Option<PathBuf>,
     parameters: &Bound<'py, PyDict>,
     out: PathBuf,
     overwrite: bool,
     force_unstable: bool,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Bound<'py, PyAny>, Vec<String>)> {
+) -> PyResult<(String, Bound<'py, PyAny>, Vec<String>)> {
     let py = parameters.py();
-    let document = document(kind, parameters)?;
+    let document = match file {
+        Some(file) => {
+            let document = read_document(&file).or_refused()?;
+            let kind = document.kind().or_refused()?.to_owned();
+            over(document, &kind, parameters)?
+        }
+        None => document(kind, parameters)?,
+    };
+    let kind = document.kind().or_refused()?.to_owned();
     let mut request = FolderRequest {
         out: Some(out),
-        stem: kind.to_owned(),
+        stem: kind.clone(),
         overwrite,
         roll_bytes: None,
         provenance: provenance(),
@@ -103,7 +113,7 @@ pub(crate) fn run_experiment<'py>(
         let _drives = drives.transpose()?;
         run(&experiment, &request, conduct).map_err(|failure| failed(&failure))
     })?;
-    Ok((to_python(py, &finished.report)?, finished.warnings))
+    Ok((kind, to_python(py, &finished.report)?, finished.warnings))
 }
 
 /// The columns of a table that a run has written.

@@ -244,12 +244,13 @@ def read_log(path: str | os.PathLike[str]) -> dict[str, Any]: ...
 def experiment_parameters(kind: str) -> list[tuple[str, str, Any, bool, str, str]]: ...
 def run_experiment(
     kind: str,
+    file: str | os.PathLike[str] | None,
     parameters: dict[str, Any],
     out: str | os.PathLike[str],
     overwrite: bool,
     force_unstable: bool,
     progress: _Progress | None,
-) -> tuple[dict[str, Any], list[str]]: ...
+) -> tuple[str, dict[str, Any], list[str]]: ...
 @final
 class Bridge:
     def __new__(

@@ -5,11 +5,13 @@ They go to python-control and come from there: `TransferFunction.to_control`, `T
 
 from __future__ import annotations
 
+import functools
+import inspect
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar, cast
 
 import numpy as np
 
@@ -213,6 +215,35 @@ def plant(
     )
 
 
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+def _in_units(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Takes keys without their unit too, and texts with one for their numbers, as experiments do."""
+    signature = inspect.signature(function)
+    numbers = [name for name, one in signature.parameters.items() if one.annotation in ("float", "float | None")]
+
+    @functools.wraps(function)
+    def in_si(*args: Any, **named: Any) -> Any:
+        given: dict[str, Any] = {}
+        for name, value in [*zip(signature.parameters, args, strict=False), *named.items()]:
+            key, by_place = name, name not in named
+            if name in numbers or name not in signature.parameters:
+                known = numbers if name in numbers else [*signature.parameters]
+                if value is None:
+                    continue
+                key, value = _native.quantity(known, name, value, by_place)
+            if key in given:
+                raise TypeError(f"{key} is given twice: leave one out")
+            given[key] = value
+        if len(args) > len(signature.parameters):
+            signature.bind(*args)
+        return cast("Any", function)(**given)
+
+    return cast("Callable[_P, _R]", in_si)
+
+
 def _bound(bound: tuple[float, float] | str | None) -> str:
     """A frequency in rad/s and the largest gain from it on, or up to it, as the command takes both."""
     if bound is None or isinstance(bound, str):
@@ -254,6 +285,7 @@ _GAINS = ("proportional", "integral", "integral_order", "derivative", "derivativ
 """The keywords of `Pid`, in the order of a report."""
 
 
+@_in_units
 def design(
     plant: Plant | str | os.PathLike[str] | None = None,
     crossover_rad_s: float | None = None,
@@ -360,7 +392,7 @@ def _asked(
         if isinstance(given, kind):
             objects[at] = given
         elif isinstance(given, str | os.PathLike):
-            if isinstance(given, os.PathLike):
+            if isinstance(given, os.PathLike) or given.endswith((".csv", ".toml")):
                 # A missing file is an error of its own, as elsewhere in Python.
                 os.stat(given)
             form[name] = os.fspath(given)
@@ -369,6 +401,7 @@ def _asked(
     return objects[0], objects[1], form
 
 
+@_in_units
 def analyze(
     plant: Plant | str | os.PathLike[str] | None = None,
     controller: Pid | str | os.PathLike[str] | None = None,
@@ -459,6 +492,7 @@ class Response(HoldsArrays, Shown):
         return dict(self.report)
 
 
+@_in_units
 def simulate(
     plant: Plant | str | os.PathLike[str] | None = None,
     controller: Pid | str | os.PathLike[str] | None = None,

@@ -48,7 +48,10 @@ __all__ = [
     "coupler",
     "creep",
     "design",
+    "press",
     "relax",
+    "run",
+    "teleoperation",
     "touch",
     "wall",
     "zwidth",
@@ -136,6 +139,7 @@ def _run(
     kind: str,
     parameters: dict[str, Any],
     *,
+    file: str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None,
     overwrite: bool,
     force_unstable: bool,
@@ -145,13 +149,13 @@ def _run(
     given = {key: value for key, value in parameters.items() if value is not None}
     if out is not None:
         folder = Path(out)
-        report, heard = _native.run_experiment(kind, given, folder, overwrite, force_unstable, progress)
+        kind, report, heard = _native.run_experiment(kind, file, given, folder, overwrite, force_unstable, progress)
         columns, against = _tables(report)
     else:
         folder = None
         with tempfile.TemporaryDirectory(prefix="fractional-haptics-", ignore_cleanup_errors=True) as temporary:
-            report, heard = _native.run_experiment(
-                kind, given, Path(temporary) / kind, False, force_unstable, progress
+            kind, report, heard = _native.run_experiment(
+                kind, file, given, Path(temporary) / "run", False, force_unstable, progress
             )
             columns, against = _tables(report)
         for gone in ("log", "logs", "csv", "fault_log"):
@@ -276,6 +280,56 @@ touch = _experiment(
     "A hand moves a device of two or three axes over a plane, disc or sphere of tissue, simulated:\n"
     "``report['verdict']`` says whether the hand was given energy.",
 )
+press = _experiment(
+    "press",
+    "The position loop of a device presses a specimen and holds it: ``report`` says how deep and how hard.",
+)
+teleoperation = _experiment("teleoperation", "Two hands over a line, simulated: a slave follows a master into a remote tissue.")
+
+
+def run(
+    file: str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    force_unstable: bool = False,
+    raise_on_fault: bool = True,
+    progress: Progress | None = None,
+    **parameters: Any,
+) -> Run:
+    """Runs an experiment file, or the experiment of a log again, as ``host-cli run``.
+
+    Parameters
+    ----------
+    file : path
+        An experiment file, TOML, or the log of a run, MCAP. Paths in the file start from its folder.
+    out, overwrite, force_unstable, raise_on_fault, progress
+        As in `relax`.
+    **parameters
+        Keys that take precedence over those of the file.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    FileNotFoundError
+        The file is not there.
+    ValueError
+        A file that is no experiment, or a key that is unknown, missing or outside its range.
+    """
+    os.stat(file)
+    return _run(
+        "run",
+        parameters,
+        file=file,
+        out=out,
+        overwrite=overwrite,
+        force_unstable=force_unstable,
+        raise_on_fault=raise_on_fault,
+        progress=_told(progress),
+    )
 
 
 def _answer(kind: str, parameters: dict[str, Any], progress: Progress | None) -> Answer:

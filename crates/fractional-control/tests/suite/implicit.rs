@@ -71,9 +71,10 @@ fn a_refusal_names_the_value_and_the_remedy() {
     for [text, part] in table(
         "
         s/(s+1)^0.5 | the numerator's order 1 exceeds the denominator's order 0.5: add a faster pole
-        s^0.5/(s+1)^0.7 | beside its powers of brackets the plant has order 0.5 above and 1 below
-        (s+3)/(s+4)*((s+1)/(s+2))^0.5 | order 1 above and 1 below, which is too fast: add a pole
-        1/(s-1)^0.5 | character 8 of the transfer function should be 0, 1, 2, 3 or 4 as the power of a bracket, or any
+        s^0.5/(s+1)^0.7 | order 0.5 above and 0.7 below: beside a power of a bracket the plant must fall faster
+        (s+3)/(s+4)*((s+1)/(s+2))^0.5 | order 1.5 above and 1.5 below: beside
+        1/(s-1)^0.5 | character 8 of the transfer function should be 0, 1, 2, 3 or 4 as the power of this bracket: any
+        1/(s+1)^5 | power of a bracket 5 is not from -4 to 4, the highest order: write a further lag as a dead time
         1/(s^2+1)^0.5 | both numbers above 0
         1/(s+1)^5.5 | order of a term 5 is not in [0, 4]
         exp(sqrt(s)) | factor of the root in exp 1 is not below 0: diffusion does not grow

@@ -50,7 +50,7 @@ fn a_refusal_is_one_line_with_the_value_and_the_remedy() {
         1/(s+1 | character 6
         1/(s+1)) | character 7
         x+1 | character 0
-        (s^2+1)^0.5/(s^3+2) | the power of a bracket
+        (s^2+1)^0.5/(s^3+2) | the power of this bracket
         (s+1)^0.5/(s+2) | a bracket to the power 0.5 stands only in a plant
         1/(s+1e400) | a number
         1/(1e300s^2+1)/(1e300s+1) | from 1e-60 to 1e60 in size

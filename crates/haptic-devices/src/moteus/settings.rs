@@ -206,7 +206,7 @@ mod tests {
             ("/dev/x,lost=1", "lost = \"1\" is not in [2, 1000]"),
             (
                 "/dev/x,watchdog=5mm",
-                "watchdog: \"5mm\" is not a time: give a finite number, with one of the units s, ms, us, µs, min, h or none for SI",
+                "watchdog: \"5mm\" is a length, not a time: give a finite number, with one of the units s, ms, us, µs, min, h or none for SI",
             ),
             (
                 "/dev/x,torque_limit=inf",

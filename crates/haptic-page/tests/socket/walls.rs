@@ -437,7 +437,7 @@ fn quantities_are_read_as_on_the_command_line_and_degrees_where_the_field_is_in_
         );
     }
     for (key, text, words) in [
-        ("margin_deg", "50 kg", "is not an angle"),
+        ("margin_deg", "50 kg", "is a mass, not an angle"),
         ("mass_kg", "45 parsecs", "is not a mass"),
     ] {
         page.refuses("quantity", json!({"key": key, "text": text}), words);

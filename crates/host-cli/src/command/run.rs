@@ -93,8 +93,7 @@ impl Arguments {
 }
 
 pub(crate) const RELAX_EXAMPLES: &str = "Examples:\n  host-cli relax --tissue prostate-healthy \
-                  --strain 3% --duration 60s --out healthy\n  host-cli relax --scheme grunwald:1000   \
-                  # short memory fails\n  host-cli relax --loading sphere --indenter-radius 5mm --depth 1mm";
+                  --strain 3% --duration 60s --out healthy\n  host-cli relax --scheme grunwald:1000\n  host-cli relax --loading sphere --indenter-radius 5mm --depth 1mm";
 
 /// Arguments of an experiment without a file.
 #[derive(Debug, Args)]

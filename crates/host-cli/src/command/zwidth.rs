@@ -62,7 +62,7 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
         linear("largest stiffness α = KT²/m"),
     );
     let with_units = Panel::new(
-        "with units",
+        "with units, where B is above 0",
         logarithmic("dissipation B / N·s^{μ}·m⁻¹"),
         linear("largest stiffness K / N·m⁻¹"),
     );
@@ -101,13 +101,16 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
         panel = panel.with(name, Look::Line, colour, outline);
     }
     // Crosses in black look out from behind the points.
+    // The other panel has those without a place on a logarithmic axis.
+    let shown = |point: &&BoundaryPoint| !with_units || point.dissipation > 0.0;
     let points = report.orders.iter().flat_map(|order| &order.boundary);
     let marked = points.filter(|point| point.analysis_agrees == Some(false));
+    let marked = marked.filter(shown);
     let name = "! differs from the analysis by more than 5 %";
     panel = panel.with(name, Look::Crosses, 5, marked.map(point));
     for (colour, order) in report.orders.iter().enumerate() {
         let name = format!("{tried}, μ = {}", order.order);
-        let tried = order.boundary.iter().map(point);
+        let tried = order.boundary.iter().filter(shown).map(point);
         panel = panel.with(name, Look::Markers, colour, tried);
     }
     panel

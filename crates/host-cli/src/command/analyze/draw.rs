@@ -8,8 +8,35 @@ use haptic_question::analysis::{
     SensitivityPoint, StableBodies, StableHands,
 };
 
+/// The picture of an analysis as it may be, with its panels and without its numbers.
+pub(super) fn rehearsed(name: &str) -> Result<Picture, FigureError> {
+    let captions: &[&str] = match name {
+        "admittance" => &[
+            "impedance",
+            "stable hands",
+            "stable bodies",
+            "effort",
+            "noise at half the sample rate",
+        ],
+        "environment" | "transparency" => &["stiffness", "damping"],
+        "teleoperation" => &["stiffness", "phase", "the best coupler of each order"],
+        _ => &[""],
+    };
+    let panel = |caption: &&str| {
+        Panel::new(*caption, linear(""), linear("")).with(
+            "",
+            Look::Line,
+            0,
+            [(0.0, 0.0), (1.0, 1.0)],
+        )
+    };
+    let panels: Vec<_> = captions.iter().map(panel).collect();
+    page("", "", panels.len().min(2), &panels)
+}
+
 /// The picture of an analysis.
 pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
+    let mut about = about.to_owned();
     let (title, panels) = match drawn {
         Drawn::Admittance {
             points,
@@ -18,6 +45,11 @@ pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
             bodies,
         } => {
             let mut panels = vec![moving(points), stable_hands(stable), stable_bodies(around)];
+            about += &format!(
+                " · hand of {} and {}",
+                written("mass_kg", stable.mass_kg),
+                written("damping_n_s_per_m", stable.damping_n_s_per_m)
+            );
             if !bodies.is_empty() {
                 panels.extend(best_bodies(bodies));
             }
@@ -42,30 +74,41 @@ pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
             hands(points, errors),
         ),
     };
-    page(title, about, panels.len().min(2), &panels)
+    page(title, &about, panels.len().min(2), &panels)
 }
 
 fn felt(points: &[FeltPoint]) -> (&'static str, Vec<Panel<'static>>) {
     type Value = fn(&FeltPoint) -> Option<f64>;
-    let panel = |caption, label, sampled: Value, continuous: Value| {
+    let panel = |caption, y, sampled: Value, continuous: Value| {
         let curve = |value: Value| {
             let points = points.iter();
             points.filter_map(move |at| Some((at.omega_rad_s, value(at)?)))
         };
-        Panel::new(caption, axis("frequency ω / rad·s⁻¹"), linear(label))
+        Panel::new(caption, axis("frequency ω / rad·s⁻¹"), y)
             .with("sampled", Look::Line, 0, curve(sampled))
             .with("continuous", Look::Dashed, 1, curve(continuous))
+    };
+    // The mass outgrows every law at high frequencies: the law is what is looked at.
+    let stiffnesses = points.iter().map(|at| at.effective_stiffness_n_per_m);
+    let (low, high) = stiffnesses.fold((0.0_f64, 0.0_f64), |ends, at| {
+        (ends.0.min(at), ends.1.max(at))
+    });
+    let stiffness = linear("effective stiffness / N·m⁻¹");
+    let stiffness = if high > 0.0 && low < -10.0 * high {
+        stiffness.focused(-1.2 * high, 1.2 * high)
+    } else {
+        stiffness
     };
     let panels = vec![
         panel(
             "stiffness",
-            "effective stiffness / N·m⁻¹",
+            stiffness,
             |at| Some(at.effective_stiffness_n_per_m),
             |at| at.continuous_stiffness_n_per_m,
         ),
         panel(
             "damping",
-            "effective damping / N·s·m⁻¹",
+            linear("effective damping / N·s·m⁻¹"),
             |at| Some(at.effective_damping_n_s_per_m),
             |at| at.continuous_damping_n_s_per_m,
         ),
@@ -182,7 +225,7 @@ fn stable_bodies(stable: &StableBodies) -> Panel<'static> {
         "inertance of the body / N·s¹⁺ᵅ·m⁻¹"
     };
     let panel = Panel::new(
-        "in all corners of the hands",
+        "stable bodies",
         axis("damping of the body / N·s·m⁻¹"),
         axis(label),
     );
@@ -193,13 +236,8 @@ fn stable_bodies(stable: &StableBodies) -> Panel<'static> {
 
 /// Stable stiffnesses of a hand over the spring that it meets, as areas, and those that were asked for.
 fn stable_hands(stable: &StableHands) -> Panel<'static> {
-    let caption = format!(
-        "with {} and {}",
-        written("mass_kg", stable.mass_kg),
-        written("damping_n_s_per_m", stable.damping_n_s_per_m)
-    );
     let panel = Panel::new(
-        caption,
+        "stable hands",
         axis("spring of a wall / N·m⁻¹"),
         axis("stiffness of the hand / N·m⁻¹"),
     );

@@ -18,8 +18,8 @@ use haptic_question::control_loop::analysis::AnalysisCurve;
 /// exit code is 0 for an unstable loop too.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli control analyze --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller \
-                  '20.5+3.7343s^1.15' --sample-time 1ms --out loop"
+    after_help = "Example: host-cli control analyze --plant \"1/(0.8s^2.2+0.5s^0.9+1)\" --controller \
+                  20.5+3.7343s^1.15 --sample-time 1ms --out loop"
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -24,7 +24,7 @@ use serde_json::Value;
 /// Exit code 1 if a wish is missed by more than 1 %; the report says which, and by how much.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli control design --plant '0.55exp(-s)/(62s+1)' --crossover \
+    after_help = "Example: host-cli control design --plant \"0.55exp(-s)/(62s+1)\" --crossover \
                   0.1rad/s --phase-margin 65deg --out oven"
 )]
 pub(crate) struct Arguments {

@@ -20,7 +20,7 @@ use serde_json::json;
 /// code 1 if the output does not end at its reference, or is NaN.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli control simulate --plant '0.55exp(-s)/(62s+1)' --controller \
+    after_help = "Example: host-cli control simulate --plant \"0.55exp(-s)/(62s+1)\" --controller \
                   design/controller.toml --out run"
 )]
 pub(crate) struct Arguments {

@@ -19,7 +19,7 @@ use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::{Failure, named};
 use haptic_loop::plant::{FacingContact, ForceSensor, ForceSensorConfig};
 use haptic_loop::units::{Metres, Newtons, Seconds};
-use haptic_quantity::without_unit;
+use haptic_quantity::{is_meant, without_unit};
 use haptic_remote::serial::tcp_address;
 use haptic_trial::DeviceModel;
 use serde_json::json;
@@ -91,8 +91,8 @@ impl Kind {
 /// It works with the maker's own programs too.
 #[derive(Debug, Args)]
 #[command(
-    after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
-                  serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
+    after_help = format!("Examples:\n  host-cli device emulate --link device\n  host-cli relax --device \
+                  serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy\n  \
                   host-cli relax --device haply:2diy --duration 20s\n  \
                   host-cli device emulate --link blue --facing white gap=1mm facing_drop=1%\n  \
                   host-cli device emulate --link bench specimen=fish-muscle area=2cm2 sensed_range=20N\n\nKeys:{}",
@@ -210,6 +210,14 @@ pub(crate) fn names() -> Vec<&'static str> {
     all_keys().map(|row| without_unit(row.0)).collect()
 }
 
+/// Advice for a key of a device file.
+pub(crate) fn of_device(written: &str) -> Option<String> {
+    let written = written.trim_start_matches('-');
+    let mut keys = parameters::DEVICE_PLANT.iter();
+    let is_one = keys.any(|parameter| is_meant(parameter.key, written));
+    is_one.then(|| "it is of the device: give --device-model FILE.toml, or laboratory".to_owned())
+}
+
 #[derive(Debug, Default)]
 struct Details {
     /// The keys that were given, those of the second board's line apart.
@@ -250,7 +258,12 @@ impl Details {
                 .and_then(|rest| key_and_value(rest, of_board.clone()).ok());
             let side = usize::from(facing.is_some());
             let all = all_keys().map(|(key, _)| key);
-            let (key, text) = facing.map_or_else(|| key_and_value(word, all), Ok)?;
+            let of_device = word.split_once('=').and_then(|(key, _)| of_device(key));
+            let known = |failure| match of_device {
+                Some(advice) => refused(word, &format!(": {advice}")),
+                None => failure,
+            };
+            let (key, text) = facing.map_or_else(|| key_and_value(word, all).map_err(known), Ok)?;
             if !details.given[side].insert(key) {
                 return Err(refused(word, "is given twice: keep one"));
             }

@@ -32,8 +32,7 @@ use std::time::Duration;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli device measure --device serial:/dev/ttyACM0 --force-limit 3.3N --out device.toml\n  \
-                  host-cli zwidth --device-model device.toml --sample-time 1ms\n  host-cli device measure --device sim --device-model laboratory --mass 80g   \
-                  # how accurate would it be for this one?"
+                  host-cli zwidth --device-model device.toml --sample-time 1ms\n  host-cli device measure --device sim --device-model laboratory --mass 80g"
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]

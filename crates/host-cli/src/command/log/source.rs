@@ -54,7 +54,14 @@ impl Part {
 /// the further files of a log are read with its first.
 pub(super) fn log_at(path: &Path) -> Result<PathBuf, Failure> {
     let Ok(files) = std::fs::read_dir(path) else {
-        return Ok(path.to_owned());
+        if path.exists() {
+            return Ok(path.to_owned());
+        }
+        let (path, here) = (path.display(), std::env::current_dir().unwrap_or_default());
+        let here = here.display();
+        return Err(Failure::bad_input(format_args!(
+            "cannot read `{path}`: No such file in {here}: give the NAME.mcap that a run wrote, or its folder, as results/relax-0001"
+        )));
     };
     let files: Vec<PathBuf> = files.filter_map(|file| Some(file.ok()?.path())).collect();
     let with_ending = |ending: &str| {

@@ -25,6 +25,8 @@ use testkit::{
 
 /// Variable with which output on the pages is replaced by what the commands print.
 const UPDATE: &str = "UPDATE_GUIDE";
+/// Variable with the shell that reads the commands, if not `sh`.
+const SHELL: &str = "GUIDE_SHELL";
 /// A line that stands for any number of lines.
 const LEFT_OUT: &str = "…";
 
@@ -59,12 +61,10 @@ struct Reader<'a> {
     stale: Vec<(String, String)>,
 }
 
-/// The commands of a block: its lines, without comments, those that end with `\` joined.
+/// The commands of a block: its lines, of which each means the same in any shell.
 pub(super) fn commands(block: &Block) -> Vec<String> {
-    let text = block.text.replace("\\\n", " ");
-    let lines = text.lines().map(|line| line.split(" #").next());
-    let lines = lines.map(|line| line.unwrap_or_default().trim().to_owned());
-    lines.filter(|line| !line.is_empty()).collect()
+    let lines = block.text.lines().filter(|line| !line.is_empty());
+    lines.map(str::to_owned).collect()
 }
 
 /// True if the block has commands that run.
@@ -145,7 +145,7 @@ impl Reader<'_> {
     }
 
     fn shell(&self, command: &str) -> Command {
-        let mut shell = Command::new("sh");
+        let mut shell = Command::new(std::env::var_os(SHELL).unwrap_or("sh".into()));
         // However busy this machine is.
         let command = command.replace("teleoperate ", "teleoperate --skipped-most 100% ");
         // Another test may listen at the port of the guide: a free one stands for it.
