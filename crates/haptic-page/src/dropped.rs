@@ -1,9 +1,9 @@
 //! TOML files that fall on the page: an experiment or question, a plant, a controller, or a tissue, which is kept in the folder of the
 //! runs as `tissues/NAME.toml`, never over another, and in the library that is felt.
 
-use crate::TextFile;
 use crate::folder::folder_of;
 use crate::runs::of_file;
+use haptic_answer::TextFile;
 use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::Failure;

@@ -1,8 +1,8 @@
 //! A page as the server knows it: its number, and the way to the task that writes to it.
 
-use super::live::LiveView;
 use super::panels::Panels;
-use crate::within;
+use haptic_answer::live::LiveView;
+use haptic_answer::words::within;
 use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::sync::Arc;
