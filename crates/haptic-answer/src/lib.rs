@@ -2,7 +2,9 @@
 #![forbid(unsafe_code)]
 #![warn(unreachable_pub)]
 
+pub mod alone;
 pub mod control;
+pub mod dropped;
 pub mod feel;
 pub mod form;
 pub mod hello;

@@ -4,7 +4,7 @@ use haptic_document::Failure;
 use haptic_quantity::short;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 /// A number of a page. JSON has no NaN, and a browser writes null: the check of the number then names it.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -73,4 +73,28 @@ pub fn file_name<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error>
             short(&name)
         ))),
     }
+}
+
+/// Longest refusal, characters: what a page has sent may be in it.
+const SENTENCE: usize = 1000;
+
+/// The answer to the request of this number.
+#[must_use]
+pub fn answered(id: &Value, result: Result<Value, Failure>) -> Value {
+    match result {
+        Ok(mut value) => {
+            if value.is_null() {
+                value = json!({});
+            }
+            (value["id"], value["ok"]) = (id.clone(), true.into());
+            value
+        }
+        Err(failure) => refusal(id, &failure.to_string()),
+    }
+}
+
+/// A refusal of the request of this number.
+#[must_use]
+pub fn refusal(id: &Value, error: &str) -> Value {
+    json!({"id": id, "ok": false, "error": within(error, SENTENCE)})
 }

@@ -1,11 +1,12 @@
 //! State that the sockets share: the felt loop, the run in progress, the page with the controls.
 
 use super::tables::Tables;
-use crate::dropped::{TISSUES, can_be_felt};
+use crate::dropped::TISSUES;
 use crate::feel::{Feel, FeelPlace, Kept, Opened, opened};
 use crate::runs::Runs;
 use crate::{Announce, OnClose};
 use haptic_answer::TextFile;
+use haptic_answer::dropped::can_be_felt;
 use haptic_answer::feel::{
     DeviceNumbers, FeelChange, FeelSettings, FeelState, FeltThing, felt, pyramid_size,
 };

@@ -6,7 +6,7 @@ use super::law::Felt;
 use haptic_loop::{Controller, Environment as _, LoopSample};
 use haptic_message::EventMessage;
 use nalgebra::Vector1;
-use rtrb::{Consumer, Producer, PushError};
+use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -146,6 +146,19 @@ pub struct LoopEnds {
     pub orders: Consumer<LoopOrder>,
     /// Ticks for the keeper; one that finds the ring full is counted as lost.
     pub out: Producer<FromLoop>,
+}
+
+/// Orders that wait for the loop at most.
+const ORDERS: usize = 1024;
+/// Samples that wait for the keeper at most: 8 s.
+const SAMPLES: usize = 8192;
+
+/// Both rings of a loop: the end that gives orders, those of the loop, and that of its keeper.
+#[must_use]
+pub fn rings() -> (Producer<LoopOrder>, LoopEnds, Consumer<FromLoop>) {
+    let (ring, orders) = RingBuffer::new(ORDERS);
+    let (out, from_loop) = RingBuffer::new(SAMPLES);
+    (ring, LoopEnds { orders, out }, from_loop)
 }
 
 /// A law that is to begin, and the rest of its [order](LoopOrder::Begin).
