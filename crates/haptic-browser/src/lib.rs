@@ -71,7 +71,7 @@ exported! {
         with(|desk| u32::from(desk.server.as_mut().is_some_and(Alone::work)))
     }
 
-    /// Takes the next message out: 0 if there is none, 1 for a text, 2 for a frame.
+    /// Takes the next message out: 1 for a text, 2 for a frame, 0 without one.
     fn take() -> u32 {
         with(|desk| {
             let (kind, message) = match desk.server.as_mut().and_then(Alone::next_message) {
