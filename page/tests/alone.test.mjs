@@ -1,26 +1,20 @@
 // The page with nothing installed, as packaging/browser made it: in a browser, over any web server.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { existsSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, afterEach, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { launch, open } from "./browser.mjs";
 import { serveFolder } from "./static.mjs";
-import { RELAXATION } from "./views.mjs";
 
 const root = fileURLToPath(new URL("../../", import.meta.url));
 const FOLDER = process.env.PAGE_FOLDER ?? join(root, "target/browser/page");
 const built = join(root, process.env.CARGO_TARGET_DIR ?? "target", "debug");
 const HOST_CLI = process.env.HOST_CLI ?? join(built, "host-cli");
 const ALONE = join(built, "examples/alone");
-const missing = [FOLDER, HOST_CLI, ALONE].filter((path) => !existsSync(path));
-if (missing.length > 0) {
-  console.log(`skipped: no ${missing.join(", ")} (packaging/browser; cargo build -p haptic-answer --example alone)`);
-  if (process.env.REQUIRE_ALL_CHECKS === "1") process.exit(1);
-}
-const skip = missing.length > 0;
+/** Where nobody has built it. */
+const skip = process.env.REQUIRE_ALL_CHECKS !== "1" && !existsSync(FOLDER) && "skipped: no page, packaging/browser makes it";
 
 let site, browser;
 before(async () => {
@@ -54,15 +48,14 @@ const asked = (page, question) =>
 
 test("within three seconds a tissue is felt, then a wall from Design; a stop takes the force away", { skip, timeout: 60_000 }, async () => {
   const begun = Date.now();
-  const { page, errors, asked: loaded } = await open(browser, site.address);
+  const { page, errors } = await open(browser, site.address);
   const feels = (pushes) =>
     page.waitForFunction((pushes) => {
       const [, force] = /force [−-]?([\d.]+)/.exec(document.querySelector(".scene")?.getAttribute("aria-valuetext") ?? "") ?? [];
       return force !== undefined && Number(force) > 0 === pushes;
     }, pushes);
   await page.waitForFunction(() => document.querySelector(".scene path.tissue")?.getAttribute("d")?.length > 100);
-  const shown_ms = Date.now() - begun;
-  console.log(`a tissue after ${shown_ms} ms`);
+  console.log(`a tissue after ${Date.now() - begun} ms`);
   await feels(true);
   await page.locator("nav, header").getByText("Design", { exact: true }).click();
   await page.locator(".design .verdict, .design").getByText(/stable, gain margin/).first().waitFor();
@@ -77,7 +70,6 @@ test("within three seconds a tissue is felt, then a wall from Design; a stop tak
   await page.getByText("Stopped: the force is zero.").first().waitFor();
   await feels(false);
   assert.deepEqual(errors, []);
-  for (const address of loaded) assert.ok(address.startsWith(site.address) || /^(data|blob):/.test(address), address);
 });
 
 test("what the worker says through a script is what the program says, to the last bit", { skip, timeout: 60_000 }, async () => {
@@ -108,27 +100,15 @@ test("what the worker says through a script is what the program says, to the las
   assert.deepEqual(said, execFileSync(ALONE, { encoding: "utf8" }).trimEnd().split("\n"));
 });
 
-test("a wall, a loop and a record have the numbers of the command, to the last bit", { skip, timeout: 120_000 }, async () => {
+test("a wall and a loop have the numbers of the command, to the last bit", { skip, timeout: 60_000 }, async () => {
   const { page } = await open(browser, site.address);
   const wall = { scheme: "full", order: 0.5, stiffness_n_per_m: 3000, dissipation_n_s_mu_per_m: 100, mass_kg: 0.065, damping_n_s_per_m: 3.5, hand_stiffness_n_per_m: 0, delay_s: 0.0005, current_lag_s: 0, sample_time_s: 0.001 };
   const judged = await asked(page, { wall: { ...wall, position_noise_m: 1e-5, points: 200 } });
   const proved = command("analyze", "stability", "--scheme", "full", "--order", "0.5", "--stiffness", "3000", "--dissipation", "100", "--mass", "65g", "--damping", "3.5", "--delay", "0.5ms", "--sample-time", "1ms");
   assert.equal(judged.ok, true, judged.error);
   for (const key of ["stable", "gain_margin", "pulling_contact_margin"]) assert.equal(judged[key], proved[key], key);
-  assert.ok(judged.region[0].length > 20 && judged.gain_margin > 1);
   const loop = await asked(page, { analyze: { plant: "0.55exp(-s)/(62s+1)", controller: "9.7+0.6/s^0.9", sample_time_s: 0.1 } });
   assert.deepEqual({ ...loop.report, files: [] }, command("control", "analyze", "--plant", "0.55exp(-s)/(62s+1)", "--controller", "9.7+0.6/s^0.9", "--sample-time", "0.1s"));
-  const folder = mkdtempSync(join(tmpdir(), "alone-"));
-  try {
-    writeFileSync(join(folder, "record.csv"), RELAXATION);
-    const record = await asked(page, { record: { name: "record.csv", text: RELAXATION } });
-    assert.equal(record.ok, true, record.error);
-    const identified = command("identify", join(folder, "record.csv"));
-    for (const [key, value] of Object.entries(record.report)) if (key in identified && !/record|source|file|path/.test(key)) assert.deepEqual(value, identified[key], key);
-    assert.ok(Object.keys(record.report).length > 8);
-  } finally {
-    rmSync(folder, { recursive: true });
-  }
 });
 
 test("a browser without WebAssembly is told so in a line", { skip, timeout: 30_000 }, async () => {
