@@ -1,7 +1,8 @@
-// The socket: requests with numbers, frames that carry them, and coming back after it was lost.
+// The connection: requests with numbers, frames that carry them, and coming back after it was lost.
 
 import { completed, readFrame, type Frame } from "./frame";
 import { VERSION, type Hello, type Unasked } from "./protocol";
+import type { Told, Transport } from "./transport";
 
 export interface Listener {
   /** The server answered `hello`: first time and after each loss. */
@@ -18,7 +19,7 @@ type Framed = { done: (frame: Frame) => void; failed: (error: Error) => void };
 const RETRY_MS = 700;
 
 export class Connection {
-  private socket: WebSocket | null = null;
+  private transport: Transport | null = null;
   private waiting = new Map<number, Waiting>();
   /** Who takes the frames of a request, by its number. */
   private frames = new Map<number, Framed>();
@@ -29,38 +30,37 @@ export class Connection {
   /** True between an answered `hello` and the loss of the socket. */
   ready = false;
 
-  constructor(private readonly listener: Listener) {}
+  constructor(
+    private readonly listener: Listener,
+    private readonly carry: (told: Told) => Transport,
+  ) {}
 
   start(): void {
-    const address = new URL("ws", location.href);
-    address.protocol = "ws:";
-    address.hash = "";
-    const socket = new WebSocket(address);
-    socket.binaryType = "arraybuffer";
-    this.socket = socket;
-    socket.onopen = () => {
-      this.ask<Hello>("hello", { version: VERSION }).then(
-        (hello) => {
-          this.ready = true;
-          this.listener.open(hello);
-        },
-        (error: Error) => this.listener.lost(error.message),
-      );
-    };
-    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
-      this.heard = performance.now();
-      if (typeof event.data === "string") this.text(event.data);
-      else this.binary(event.data);
-    };
-    socket.onclose = (event) => {
-      this.ready = false;
-      const lost = new Error("the connection was lost");
-      for (const waiting of [...this.waiting.values(), ...this.frames.values()]) waiting.failed(lost);
-      this.waiting.clear();
-      this.frames.clear();
-      this.listener.lost(event.reason);
-      setTimeout(() => this.start(), RETRY_MS);
-    };
+    this.transport = this.carry({
+      opened: () => {
+        this.ask<Hello>("hello", { version: VERSION }).then(
+          (hello) => {
+            this.ready = true;
+            this.listener.open(hello);
+          },
+          (error: Error) => this.listener.lost(error.message),
+        );
+      },
+      message: (data) => {
+        this.heard = performance.now();
+        if (typeof data === "string") this.text(data);
+        else this.binary(data);
+      },
+      closed: (reason) => {
+        this.ready = false;
+        const lost = new Error("the connection was lost");
+        for (const waiting of [...this.waiting.values(), ...this.frames.values()]) waiting.failed(lost);
+        this.waiting.clear();
+        this.frames.clear();
+        this.listener.lost(reason);
+        setTimeout(() => this.start(), RETRY_MS);
+      },
+    });
   }
 
   /** Asks; fails with the server's sentence. */
@@ -102,7 +102,7 @@ export class Connection {
         this.follow(keys, done).catch((error: Error) => this.listener.unasked({ notice: error.message }));
         return;
       }
-      this.socket?.send(Uint32Array.of(frame.request, frame.number));
+      this.transport?.send(Uint32Array.of(frame.request, frame.number));
       done(picture);
     };
     this.frames.set(id, { done: take, failed: () => undefined });
@@ -110,11 +110,11 @@ export class Connection {
   }
 
   private numbered<T>(id: number, what: string, keys: object): Promise<T> {
-    const socket = this.socket;
-    if (socket === null || socket.readyState !== WebSocket.OPEN) return Promise.reject(new Error("there is no connection to the server"));
+    const transport = this.transport;
+    if (!transport?.isOpen) return Promise.reject(new Error("there is no connection to the server"));
     return new Promise<T>((resolve, reject) => {
       this.waiting.set(id, { done: (answer) => resolve(answer as T), failed: reject });
-      socket.send(JSON.stringify({ id, do: what, ...keys }));
+      transport.send(JSON.stringify({ id, do: what, ...keys }));
     });
   }
 

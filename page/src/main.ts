@@ -4,10 +4,14 @@ import type { App } from "./app";
 import { Connection } from "./connection";
 import type { Feel } from "./protocol";
 import { Screen } from "./screen";
+import { bySocket, byWorkers } from "./transport";
 import { address, outgoing, reduce, START, type PageEvent, type State } from "./state";
 
 /** Time between two changes of the address: browsers refuse many. */
 const ADDRESS_MS = 200;
+
+/** The file of the server, where it comes with the page. */
+const worker = document.documentElement.dataset.worker;
 
 class Page implements App {
   readonly connection: Connection;
@@ -25,7 +29,7 @@ class Page implements App {
         if (message.feel) this.dispatch({ do: "felt", feel: message.feel });
         this.screen?.unasked(message);
       },
-    });
+    }, worker === undefined ? bySocket : byWorkers(worker));
     this.connection.start();
     this.dispatch({ do: "address", fragment: location.hash });
     void this.show();

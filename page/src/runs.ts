@@ -33,6 +33,8 @@ export class RunsView implements ViewPart {
   private readonly form: FormPanel;
   private readonly identify: IdentifyPanel;
   private hasForms = false;
+  /** Hidden where nothing can be run. */
+  private readonly newRun: HTMLButtonElement;
   private readonly panels: Record<Panel, HTMLElement>;
   private entries: RunEntry[] = [];
   /** What the server said of the runs that are open, and those that it is asked for. */
@@ -61,7 +63,8 @@ export class RunsView implements ViewPart {
       made.addEventListener("click", () => this.show(panel));
       return made;
     };
-    const buttons = el("div", { class: "buttons" }, button("New run", "form"), button("Identify a record", "identify"));
+    this.newRun = button("New run", "form");
+    const buttons = el("div", { class: "buttons" }, this.newRun, button("Identify a record", "identify"));
     const list = el("section", { class: "card runs-list" }, el("h2", {}, "Runs", this.folder), this.list, this.progress, this.stop, buttons);
     this.root = el("div", { class: "view runs" }, list, ...Object.values(this.panels));
     this.stop.addEventListener("click", () => void app.tell("runs.stop"));
@@ -109,7 +112,8 @@ export class RunsView implements ViewPart {
       const { forms, record } = await this.app.connection.ask<{ forms: Form[]; record: RecordParameter[] }>("runs.forms");
       if (this.hasForms) return;
       this.hasForms = true;
-      this.form.take(forms);
+      this.newRun.hidden = forms.length === 0;
+      if (forms.length > 0) this.form.take(forms);
       this.identify.take(record);
     } catch (error) {
       this.app.notify(error instanceof Error ? error.message : String(error));
@@ -148,7 +152,7 @@ export class RunsView implements ViewPart {
       box.addEventListener("change", () => this.toggle(entry.name, box.checked));
       return el("li", {}, el("label", {}, box, text));
     });
-    if (rows.length === 0) rows.push(el("li", { class: "hint" }, "No runs yet. Start one, or record in Feel."));
+    if (rows.length === 0) rows.push(el("li", { class: "hint" }, this.newRun.hidden ? "A record can be identified here; runs and logs need host-cli serve." : "No runs yet. Start one, or record in Feel."));
     // The focus stays on its run.
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["run"] : undefined;
     this.list.replaceChildren(...rows);

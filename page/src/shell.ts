@@ -85,7 +85,8 @@ export class Shell {
     this.device.className = "device lost";
     say(this.device, "no connection");
     const said = reason ? `${reason[0]?.toUpperCase()}${reason.slice(1)}. ` : "The server does not answer. ";
-    this.say(`${said}This page tries again by itself. If host-cli serve was started anew, open the address that it printed.`);
+    const remedy = "This page tries again by itself. If host-cli serve was started anew, open the address that it printed.";
+    this.say(document.documentElement.dataset.worker === undefined ? said + remedy : said);
   }
 
   status(status: Status): void {

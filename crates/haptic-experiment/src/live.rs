@@ -17,7 +17,7 @@ mod runner;
 mod session;
 #[cfg(test)]
 mod tests;
-mod ticking;
+
 mod waiting;
 
 pub use by_clock::run;
@@ -25,10 +25,11 @@ pub use haptic_trial::in_hand::fading::{Fading, FadingHistory, Law};
 pub use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
 pub use haptic_trial::in_hand::law::{Felt, HORIZON, fading, refuse_unstable, rounded_down, ticks};
 pub use haptic_trial::in_hand::place::Placed;
+use haptic_trial::in_hand::ticking;
+pub use haptic_trial::in_hand::ticking::{
+    Around, FadingFelt, FromLoop, HandPath, LoopCounts, LoopEnds, LoopOrder, Stimulus, Ticked,
+};
 pub use keeper::{Keeper, Watch};
 pub use orders::{Orders, locked};
 pub use recording::{Finished, Recording};
 pub use session::{Session, SessionOptions, SessionReport};
-pub use ticking::{
-    Around, FadingFelt, FromLoop, HandPath, LoopCounts, LoopEnds, LoopOrder, Stimulus, Ticked,
-};

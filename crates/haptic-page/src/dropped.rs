@@ -1,16 +1,15 @@
 //! TOML files that fall on the page: an experiment or question, a plant, a controller, or a tissue, which is kept in the folder of the
 //! runs as `tissues/NAME.toml`, never over another, and in the library that is felt.
 
-use crate::TextFile;
 use crate::folder::folder_of;
 use crate::runs::of_file;
+use haptic_answer::TextFile;
+use haptic_answer::dropped::{self, can_be_felt};
 use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::Failure;
-use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use haptic_run::write_text;
 use haptic_tissue::{Library, Material};
-use haptic_trial::{ControllerFile, PlantModel};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -19,24 +18,10 @@ pub(crate) const TISSUES: &str = "tissues";
 
 /// Kind of a TOML file, and for an experiment the form that it fills.
 pub(crate) fn looked_at(file: &TextFile) -> Result<Value, Failure> {
+    if let Some(known) = dropped::looked_at(file)? {
+        return Ok(known);
+    }
     let path = Path::new(&file.name);
-    let table: toml::Table = toml::from_str(&file.text).map_err(|error| {
-        let why = error.message();
-        Failure::bad_input(format_args!("{}: not TOML: {why}", file.name))
-    })?;
-    // A function is a plant unless a loop is beside it.
-    let is_law = |name: &str| PlantModel::tables().all(|plant| plant != name);
-    let mut laws = ControllerFile::laws().filter(|name| is_law(name));
-    if table.contains_key("loop") || laws.any(|name| table.contains_key(name)) {
-        return Ok(json!({"is": "controller"}));
-    }
-    if PlantModel::tables().any(|name| table.contains_key(name)) {
-        return Ok(json!({"is": "plant"}));
-    }
-    if table.contains_key("parameters") {
-        let tissue = Material::parse(path, &file.text).map_err(Failure::input)?;
-        return Ok(json!({"is": "tissue", "name": tissue.name}));
-    }
     let document = Document::of_text(path, &file.text);
     document.kind().map_err(|error| {
         Failure::from(error).and("nor a tissue, plant or controller file: drop one of these")
@@ -63,13 +48,6 @@ pub(crate) fn keep_tissue(
     write_text(&path, &text, false)?;
     *library = with;
     Ok(path)
-}
-
-/// Refuses a tissue that cannot be felt, before it joins the library.
-pub(crate) fn can_be_felt(tissue: &Material) -> Result<(), Failure> {
-    let felt = ModelledTissue::new(tissue.clone())?;
-    TissuePiece::usual(felt).map_err(Failure::input)?;
-    Ok(())
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 
 pub mod analysis;
 pub mod bench;
+pub mod choices;
 pub mod control_loop;
 pub mod controller;
 pub mod design;

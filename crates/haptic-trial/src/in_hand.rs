@@ -4,3 +4,5 @@ pub mod fading;
 pub mod hand;
 pub mod law;
 pub mod place;
+pub mod running;
+pub mod ticking;

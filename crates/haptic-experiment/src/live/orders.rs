@@ -1,15 +1,11 @@
 //! The end of a loop that gives it orders, and waits for its threads.
 
-use super::ticking::{FromLoop, LoopCounts, LoopEnds, LoopOrder};
+use super::ticking::{FromLoop, LoopCounts, LoopEnds, LoopOrder, rings};
 use haptic_document::Failure;
 use rtrb::{Consumer, Producer, RingBuffer};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-
-const ORDERS: usize = 1024;
-/// Samples that wait for the keeper at most: 8 s.
-const SAMPLES: usize = 8192;
 
 /// A lock that a panic elsewhere does not close: the numbers behind it are whole at any time.
 pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -29,14 +25,13 @@ impl Orders {
     /// Both rings of a loop: this end, that of the loop, and that of its keeper.
     #[must_use]
     pub fn new() -> (Self, LoopEnds, Consumer<FromLoop>) {
-        let (ring, orders) = RingBuffer::new(ORDERS);
-        let (out, from_loop) = RingBuffer::new(SAMPLES);
+        let (ring, ends, from_loop) = rings();
         let orders_end = Self {
             ring: Mutex::new(ring),
             counts: Arc::default(),
             threads: Mutex::default(),
         };
-        (orders_end, LoopEnds { orders, out }, from_loop)
+        (orders_end, ends, from_loop)
     }
 
     /// Has this work done in a thread that [`end`](Self::end) waits for.

@@ -28,15 +28,9 @@ use crate::experiment::press::Protocol;
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
-use crate::{GuardChoice, Named, Precision, experiment, question};
-use haptic_judge::preflight::WallContact;
-use haptic_judge::settling::Criterion;
-use haptic_link::Architecture;
-use haptic_question::design::{DesignWish, RequireName};
-use haptic_question::measurement::MeasuredAxis;
-use haptic_question::tissue::{KIND, TISSUE_MODEL, models};
+use crate::{Precision, experiment, question};
+use haptic_question::choices::{NamedChoice, names};
 use haptic_trial::plant_file::calibration::CALIBRATION_KEYS;
-use tissue_identification::{Baseline, RecordKind, ShiftBy, Weighting};
 
 /// Tables that this sort of file may have, `controller`, `plant`, or `experiment`, with those of
 /// questions: heading and keys.
@@ -89,39 +83,15 @@ pub fn of_kind(kind: &str) -> Vec<KeyTable> {
 
 /// The names that a parameter accepts, each with a short explanation; empty if it accepts any text.
 #[must_use]
-pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
-    fn names<T: Named>() -> Vec<(&'static str, &'static str)> {
-        words(T::CHOICES)
-    }
-    fn words<T>(choices: &[(T, &'static str, &'static str)]) -> Vec<(&'static str, &'static str)> {
-        choices
-            .iter()
-            .map(|(_, name, help)| (*name, *help))
-            .collect()
-    }
+pub fn choices(parameter: &Parameter) -> Vec<NamedChoice> {
     match parameter.key {
-        "axis" => names::<MeasuredAxis>(),
-        "baseline" => words(&Baseline::CHOICES),
-        "kind" if *parameter == KIND => words(&RecordKind::CHOICES),
-        "model" if *parameter == TISSUE_MODEL => words(&models()),
-        "shift_by" => words(&ShiftBy::CHOICES),
-        "weights" => words(&Weighting::CHOICES),
-        "architecture" => names::<Architecture>(),
-        "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
-        "contact" => names::<Contact>(),
-        "criterion" => names::<Criterion>(),
-        "guard" => names::<GuardChoice>(),
+        "contact" if *parameter != WALL_CONTACT => names::<Contact>(),
         "hand" => names::<GripName>(),
-        "loading" => names::<haptic_loop::LoadingKind>(),
-        "loop" | "drive_loop" => names::<haptic_link::LoopMode>(),
         "environment" => names::<PlaceName>(),
         "protocol" => names::<Protocol>(),
-        "push_by" => names::<PushBy>(),
         "precision" => names::<Precision>(),
-        "require" => names::<RequireName>(),
         "shape" => names::<ShapeName>(),
-        "wish" => names::<DesignWish>(),
-        _ => Vec::new(),
+        _ => haptic_question::choices::choices(parameter),
     }
 }
 

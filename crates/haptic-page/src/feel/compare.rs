@@ -7,9 +7,10 @@
 //! - *The stiffer one* has the larger K, or the larger B of the same order if neither has a spring that differs.
 //! - *A row* is on the disk with its answer; the log has every tick.
 
-use super::settings::{FeelChange, FeelSettings};
 use crate::folder::next_folder;
 use fracdiff::Seconds;
+use haptic_answer::feel::FeelSettings;
+use haptic_answer::request::CompareStart;
 use haptic_experiment::Failure;
 use haptic_experiment::live::{Finished, Recording, Ticked};
 use haptic_experiment::parameters::Range;
@@ -18,7 +19,6 @@ use haptic_log::record::LineFile;
 use haptic_quantity::short;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
-use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -27,18 +27,6 @@ const TRIALS: Range = Range::Within(1.0, 1000.0);
 /// Columns of the table, as those of the guide's threshold.
 const COLUMNS: &str = "subject,trial,catch,difference,stiffer,answer,correct,log,answered_s,\
                        first_tick,first_peak_n,first_deepest_m,second_tick,second_peak_n,second_deepest_m";
-
-/// Fields of `compare.start`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct CompareStart {
-    /// The change that makes B of what is felt.
-    pub(super) b: FeelChange,
-    trials: f64,
-    /// A code of at most 32 characters, no name.
-    subject: String,
-    seed: u32,
-}
 
 /// A comparison that goes on, or its result.
 #[derive(Debug)]

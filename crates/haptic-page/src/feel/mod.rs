@@ -9,46 +9,30 @@
 
 mod compare;
 mod keeper;
-mod law;
 mod opened;
-mod settings;
-#[cfg(test)]
-mod tests;
 
-pub(crate) use compare::{CompareStart, Comparison};
-pub(crate) use haptic_experiment::live::{HAND_DAMPING, HAND_STIFFNESS};
-pub(crate) use keeper::{CHANNELS, FeelPlace, FeelState, Kept};
-pub(crate) use law::JudgedFeel;
+pub(crate) use compare::Comparison;
+pub(crate) use keeper::{FeelPlace, Kept};
 pub(crate) use opened::{Opened, opened};
-pub use settings::DeviceNumbers;
-pub(crate) use settings::{FeelChange, FeelSettings, FeltThing, SLIDERS};
 
-use crate::pyramid::PyramidSize;
+use haptic_answer::feel::state::POSITION;
+use haptic_answer::feel::{DeviceNumbers, FeelSettings, FeelState, FeltThing, JudgedFeel};
+use haptic_answer::request::CompareStart;
 use haptic_experiment::Failure;
 use haptic_experiment::live::{
-    HAND_M, Keeper, LoopOrder, Orders, Stimulus, fading, locked, run as run_by_clock, ticks,
+    HAND_DAMPING, HAND_M, HAND_STIFFNESS, Keeper, LoopOrder, Orders, Stimulus, fading, locked,
+    run as run_by_clock,
 };
 use haptic_experiment::parameters::{
     DISSIPATION, ONE_SIDED, ORDER, SCHEME, STIFFNESS, WALL_CONTACT,
 };
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
-use haptic_loop::{Controller, SafetyChain, SafetyLimits, Workspace};
+use haptic_loop::{Controller, SafetyChain};
 use haptic_tissue::Library;
-use keeper::{KeeperTask, LOOK, POSITION, Watching, Work};
-use law::SHORT_S;
+use keeper::{KeeperTask, LOOK, Watching, Work};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
-
-/// Ends of the workspace, m, and where braking begins before them.
-const WORKSPACE_M: (f64, f64, f64) = (-0.06, 0.06, 0.01);
-/// Time of the past that a ghost hears, s: more than it remembers.
-const GHOST_PAST_S: f64 = 1.1 * SHORT_S;
-
-pub(crate) const fn pyramid_size() -> PyramidSize {
-    PyramidSize::usual(CHANNELS.len())
-}
 
 /// A loop at work. Dropped, it stops: the force is zero before the thread ends.
 #[derive(Debug)]
@@ -57,31 +41,6 @@ pub(crate) struct Feel {
     orders: Orders,
     tasks: Sender<KeeperTask>,
     felt: Mutex<JudgedFeel>,
-}
-
-/// Limits of the safety chain: the usual ones of a desktop device, with its workspace, mass and samples of delay, but no start-up ramp. The
-/// device begins in front of the surface, where no force acts, so none can jump; and a wall that grows stiffer while it is pressed would
-/// give the hand more than the hand put in.
-fn limits(mass: Kilograms, delay: u32, t: Seconds) -> SafetyLimits {
-    let (low, high, soft) = WORKSPACE_M;
-    let limits = SafetyLimits {
-        workspace: Some(Workspace {
-            low: Metres(low),
-            high: Metres(high),
-            soft: Metres(soft),
-        }),
-        device_mass: Some(mass),
-        rise_time: None,
-        device_delay_samples: delay,
-        ..SafetyLimits::default()
-    };
-    // A light device bears less braking.
-    let most = limits.braking_max(t).0;
-    let usual = limits.braking.map(|usual| usual.0.min(most));
-    SafetyLimits {
-        braking: usual.map(NewtonSecondsPerMetre),
-        ..limits
-    }
 }
 
 impl Feel {
@@ -181,19 +140,11 @@ impl Feel {
             return Err(Failure::bad_input(COMPARES));
         }
         let next = next.judged()?;
-        let mut law = next.settings.law()?;
-        let mut ghosts = next.settings.ghost_laws()?;
         let mut past = Vec::new();
         let remembers_from = self.orders.counts.remembers_from.load(Ordering::Relaxed);
         let pyramid = &self.place.kept.pyramid;
         let first = locked(pyramid).samples_from(remembers_from, POSITION, &mut past);
-        law.hear_from(first, past.iter().copied().map(f64::from));
-        let heard = ticks(GHOST_PAST_S, next.settings.device.sample_time());
-        let recent = past.len().saturating_sub(heard);
-        for law in ghosts.iter_mut().flatten() {
-            let recent_past = past[recent..].iter().copied();
-            law.hear_from(first + recent as u64, recent_past.map(f64::from));
-        }
+        let (law, ghosts) = next.settings.laws_after(first, &past)?;
         self.orders.give(LoopOrder::Change(Box::new(law.into())))?;
         self.task(KeeperTask::Ghosts(Box::new(ghosts)))?;
         *locked(&self.felt) = next;
@@ -212,7 +163,7 @@ impl Feel {
         }
         let a = self.felt().settings;
         let b = a.changed(library, &start.b)?.judged()?.settings;
-        let (metadata, place) = (a.metadata(), &self.place);
+        let (metadata, place) = (metadata(&a), &self.place);
         let folders = (&*place.runs, &*place.provenance);
         let comparison = Comparison::start(start, [a, b], metadata, folders)?;
         *locked(&place.kept.comparison) = Some(comparison);
@@ -282,7 +233,7 @@ impl Feel {
     /// Begins a log; its name.
     pub(crate) fn record(&self) -> Result<String, Failure> {
         let (answer, answered) = channel();
-        let metadata = self.felt().settings.metadata();
+        let metadata = metadata(&self.felt().settings);
         self.task(KeeperTask::Record(metadata, answer))?;
         answered.recv().map_err(ended)?
     }
@@ -307,60 +258,51 @@ fn ended<E>(_: E) -> Failure {
     Failure::bad_input("the loop has ended: start again")
 }
 
-impl FeelSettings {
-    /// Limits of the safety chain; a lag of the actuator counts as delay.
-    fn limits(&self) -> SafetyLimits {
-        let (late_s, t) = (
-            self.device.values.delay_s + self.device.values.current_lag_s,
-            self.device.sample_time(),
-        );
-        let samples = (late_s / t.0 - 1e-9).ceil().max(1.0);
-        limits(Kilograms(self.device.values.mass_kg), samples as u32, t)
+/// Metadata for a log; of a wall also the experiment file, so that it can be run and felt again.
+fn metadata(settings: &FeelSettings) -> BTreeMap<String, String> {
+    let thing = match &settings.environment {
+        FeltThing::Tissue(name) => name,
+        FeltThing::Wall(_) | FeltThing::File(_) | FeltThing::Run(_) => "wall",
+    };
+    let limits = settings.limits();
+    let device = settings.device.values.named();
+    let device = device.map(|(parameter, number)| (parameter.key, number));
+    let (stiffness, dissipation) = settings.gains();
+    let contact = if settings.law.signed {
+        "signed"
+    } else {
+        "depth"
+    };
+    let words = [
+        ("experiment", "feel"),
+        ("device", "sim"),
+        ("environment", thing),
+        ("scheme", &settings.law.scheme),
+        ("one_sided", "true"),
+        ("contact", contact),
+        ("pace", "realtime"),
+    ];
+    let numbers = [
+        ("order", settings.law.order),
+        ("stiffness_n_per_m", stiffness),
+        ("dissipation_n_s_mu_per_m", dissipation),
+        ("scale", settings.scale),
+        ("sample_time_s", settings.device.sample_time_s),
+        ("hand_stiffness_n_per_m", HAND_STIFFNESS.0),
+        ("hand_damping_n_s_per_m", HAND_DAMPING.0),
+        ("force_limit_n", limits.force.0),
+        ("force_rate_limit_n_per_s", limits.rate.0),
+    ];
+    let words = words.map(|(key, word)| (key.to_owned(), word.to_owned()));
+    // The hand here is behind that of the device.
+    let numbers = device.into_iter().chain(numbers);
+    let numbers = numbers.map(|(key, number)| (key.to_owned(), number.to_string()));
+    let mut metadata: BTreeMap<String, String> = words.into_iter().chain(numbers).collect();
+    if thing == "wall" {
+        metadata.insert("document".to_owned(), wall_file(&metadata));
     }
-
-    /// Metadata for a log; of a wall also the experiment file, so that it can be run and felt again.
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let thing = match &self.environment {
-            FeltThing::Tissue(name) => name,
-            FeltThing::Wall(_) | FeltThing::File(_) | FeltThing::Run(_) => "wall",
-        };
-        let limits = self.limits();
-        let device = self.device.values.named();
-        let device = device.map(|(parameter, number)| (parameter.key, number));
-        let (stiffness, dissipation) = self.gains();
-        let contact = if self.law.signed { "signed" } else { "depth" };
-        let words = [
-            ("experiment", "feel"),
-            ("device", "sim"),
-            ("environment", thing),
-            ("scheme", &self.law.scheme),
-            ("one_sided", "true"),
-            ("contact", contact),
-            ("pace", "realtime"),
-        ];
-        let numbers = [
-            ("order", self.law.order),
-            ("stiffness_n_per_m", stiffness),
-            ("dissipation_n_s_mu_per_m", dissipation),
-            ("scale", self.scale),
-            ("sample_time_s", self.device.sample_time_s),
-            ("hand_stiffness_n_per_m", HAND_STIFFNESS.0),
-            ("hand_damping_n_s_per_m", HAND_DAMPING.0),
-            ("force_limit_n", limits.force.0),
-            ("force_rate_limit_n_per_s", limits.rate.0),
-        ];
-        let words = words.map(|(key, word)| (key.to_owned(), word.to_owned()));
-        // The hand here is behind that of the device.
-        let numbers = device.into_iter().chain(numbers);
-        let numbers = numbers.map(|(key, number)| (key.to_owned(), number.to_string()));
-        let mut metadata: BTreeMap<String, String> = words.into_iter().chain(numbers).collect();
-        if thing == "wall" {
-            metadata.insert("document".to_owned(), wall_file(&metadata));
-        }
-        metadata
-    }
+    metadata
 }
-
 /// The experiment file of a wall with these values.
 fn wall_file(values: &BTreeMap<String, String>) -> String {
     let law = [ORDER, STIFFNESS, DISSIPATION].map(|known| known.key);

@@ -4,8 +4,8 @@
 //! ```
 //! Other experiments have no wall or tissue behind a single device, and are refused with an alternative.
 
-use super::settings::{DeviceNumbers, WallNumbers};
-use crate::Number;
+use haptic_answer::Number;
+use haptic_answer::feel::{DeviceNumbers, WallNumbers};
 use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::{ExperimentFile, Failure, parameters};

@@ -1,13 +1,11 @@
 //! Forms of the experiments, from the tables of their parameters; the document that one stands for, and what may be run from a page.
 
+use haptic_answer::form::{Files, parameter};
 use haptic_document::Document;
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::{
-    self, KINDS, Parameter, QUESTIONS, Value as Default, choices, of_kind,
-};
-use haptic_loop::LoadingKind;
-use haptic_quantity::{label, short};
-use haptic_question::tissue::CONTACT_POINT;
+use haptic_experiment::parameters::{self, KINDS, Parameter, QUESTIONS, choices, of_kind};
+use haptic_quantity::short;
+use haptic_run::read_document;
 use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::Path;
@@ -22,29 +20,14 @@ pub(crate) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
             kinds.join(", ")
         )));
     }
-    let (mut document, tables) = (Document::new(kind), of_kind(kind));
-    // Null and an empty field of a form are the default.
-    let given = parameters
-        .iter()
-        .filter(|(_, value)| !value.is_null() && **value != "");
-    for (key, value) in given {
-        let mut known = tables.iter().flat_map(|(_, table)| *table);
-        let known = known.find(|known| known.key == key);
-        let names = |path: &&str| known.is_some_and(|known| known.is_path(path));
-        if let Some(path) = value.as_str().filter(names) {
-            check_regular(key, Path::new(path))?;
-        }
-        let value = toml::Value::try_from(value).map_err(|_| {
-            Failure::bad_input(format_args!(
-                "`{}` is not a number, a text, a list of numbers, or true or false",
-                short(key)
-            ))
-        })?;
-        // The field is in the message.
-        document.set(kind, key, value, "")?;
-    }
-    Ok(document)
+    haptic_answer::form::document(kind, &of_kind(kind), parameters, &FILES)
 }
+
+/// Files of this machine.
+pub(crate) const FILES: Files = Files {
+    check: check_regular,
+    read: read_document,
+};
 
 /// The one place that looks at a file before what a form names is opened: a pipe would be waited for without an end. What is not there
 /// its reader says, or it is the name of a tissue.
@@ -93,76 +76,11 @@ const SUGGESTED: &[(&str, &str, f64)] = &[
     ("coupler", "coupler_spring_n_s_1_minus_mu_per_m", 1000.0),
 ];
 
-fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
-    let Parameter {
-        key,
-        value,
-        shown,
-        help,
-        ..
-    } = given;
-    let suggested = SUGGESTED
-        .iter()
-        .find(|known| (known.0, known.1) == (form, *key))
-        .map(|known| known.2);
-    let (kind, default) = match value {
-        Default::Number(default, _) => ("number", json!(suggested.or(*default))),
-        Default::Count(default) => ("count", json!(default)),
-        Default::Flag(default) => ("flag", json!(default)),
-        Default::Text(default) => ("text", json!(default)),
-        Default::List(_) => ("list", json!(shown)),
-    };
-    let range = if let Default::Number(_, range) = value {
-        Some(range)
-    } else {
-        None
-    };
-    let [least, most] = range.map_or([None; 2], |range| range.ends().map(Some));
-    let choices: Vec<&str> = choices(given).iter().map(|choice| choice.0).collect();
-    json!({
-        "key": key,
-        "kind": kind,
-        "default": default,
-        "shown": shown,
-        "least": least,
-        "most": most,
-        "range": range.map(ToString::to_string),
-        "required": required,
-        "choices": choices,
-        "help": help,
-    })
+fn suggested(form: &str, given: &Parameter) -> Option<f64> {
+    let mut known = SUGGESTED.iter();
+    let known = known.find(|known| (known.0, known.1) == (form, given.key));
+    known.map(|known| known.2)
 }
-
-/// Parameter of a record that is to be identified, with the loadings that it is for.
-fn record_parameter(given: &Parameter, is_option: bool) -> Value {
-    let size = label(given.key);
-    let is_size = |kind: LoadingKind| kind.sizes().contains(&size.as_str());
-    let is_held = [parameters::STRAIN.key, parameters::STRESS.key].contains(&given.key);
-    let kinds = LoadingKind::ALL;
-    let is_of_some = kinds.into_iter().any(is_size);
-    let is_contact = given.key == CONTACT_POINT.key;
-    let takes = |kind: &LoadingKind| match (is_of_some, is_contact) {
-        (true, _) => is_size(*kind),
-        (false, true) => !kind.is_slab(),
-        (false, false) => kind.is_slab() || !is_held,
-    };
-    let loadings = LoadingKind::ALL.iter().filter(|kind| takes(kind));
-    let loadings: Vec<&str> = loadings.map(|kind| kind.name()).collect();
-    let mut field = parameter("identify", given, false);
-    field["loadings"] = json!(loadings);
-    field["option"] = json!(is_option);
-    field
-}
-
-/// Keys for which the page has controls, or takes a file.
-const OF_THE_PAGE: [Parameter; 6] = [
-    parameters::VALIDATE,
-    parameters::PLANT,
-    parameters::REFERENCE,
-    parameters::CROSSOVER,
-    parameters::PHASE_MARGIN,
-    parameters::NOT_FLAT,
-];
 
 /// The forms of the experiments.
 pub(crate) fn forms() -> Value {
@@ -170,29 +88,15 @@ pub(crate) fn forms() -> Value {
         let tables = parameters::of_kind(kind).into_iter().map(|(title, table)| {
             // The others have defaults.
             let required = title == "required";
-            let parameters: Vec<Value> =
-                table.iter().map(|p| parameter(kind, p, required)).collect();
+            let field = |one| parameter(one, required, suggested(kind, one), &choices(one));
+            let parameters: Vec<Value> = table.iter().map(field).collect();
             json!({"title": title, "parameters": parameters})
         });
         json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
     };
-    let tables = parameters::RECORD.iter().enumerate();
-    let record = tables.flat_map(|(place, (_, table))| {
-        let fields = table.iter();
-        fields.map(move |one| record_parameter(one, place > 1))
-    });
-    let fields = |tables: &[(&str, &[Parameter])]| -> Vec<Value> {
-        let all = tables.iter().flat_map(|(_, table)| *table);
-        let all = all.filter(|one| !OF_THE_PAGE.contains(one));
-        all.map(|one| parameter("control", one, false)).collect()
-    };
-    json!({
-        "control_design": fields(&[&parameters::CONTROL_LOOP[..1], parameters::CONTROL_DESIGN].concat()),
-        "control_loop": fields(parameters::CONTROL_LOOP),
-        "forms": kinds().map(form).collect::<Vec<_>>(),
-        "record": record.collect::<Vec<_>>(),
-        "plant_record": fields(parameters::PLANT_RECORD),
-    })
+    let mut forms = haptic_answer::form::forms();
+    forms["forms"] = kinds().map(form).collect();
+    forms
 }
 
 #[cfg(test)]

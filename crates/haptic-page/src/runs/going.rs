@@ -3,7 +3,7 @@
 use super::channels::Channels;
 use super::opened::{push, pyramid};
 use crate::Announce;
-use crate::pyramid::Pyramid;
+use haptic_answer::pyramid::Pyramid;
 use haptic_experiment::Failure;
 use haptic_experiment::live::locked;
 use haptic_log::live::{Live, LiveStreams};

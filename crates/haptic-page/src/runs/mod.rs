@@ -15,14 +15,15 @@ mod opened;
 mod question;
 
 pub(crate) use channels::places;
-pub(crate) use form::{document, forms};
-pub(crate) use opened::{Table, TableRequest};
+pub(crate) use form::{FILES, forms};
+pub(crate) use opened::Table;
 pub(crate) use question::of_file;
 
 use crate::Announce;
-use crate::pyramid::{Columns, Pyramid, Span};
 use channels::Channels;
 use going::{Going, Watched, Work};
+use haptic_answer::pyramid::{Pyramid, ViewColumns, ViewSpan};
+use haptic_answer::request::TableRequest;
 use haptic_document::Document;
 use haptic_experiment::Failure;
 use haptic_experiment::live::locked;
@@ -63,7 +64,7 @@ struct Outcome {
 
 pub(crate) struct ShownRun {
     pub(crate) channels: Vec<String>,
-    pub(crate) columns: Columns,
+    pub(crate) columns: ViewColumns,
     pub(crate) sample_time_s: f64,
 }
 
@@ -142,7 +143,7 @@ impl Runs {
     pub(crate) fn columns(
         &self,
         name: &str,
-        span: impl Fn(u64, f64) -> Result<Span, Failure>,
+        span: impl Fn(u64, f64) -> Result<ViewSpan, Failure>,
     ) -> Result<ShownRun, Failure> {
         let going = self.going().filter(|going| going.name() == name);
         let shown = |channels: &Channels, pyramid: &Pyramid, sample_time_s| {

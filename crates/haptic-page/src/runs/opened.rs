@@ -2,11 +2,11 @@
 
 use super::channels::{Channels, places};
 use super::list::Seen;
-use crate::pyramid::{Pyramid, PyramidSize};
+use haptic_answer::pyramid::{Pyramid, PyramidSize};
+use haptic_answer::request::TableRequest;
 use haptic_experiment::Failure;
 use haptic_log::record::{Entry, LogFiles, LogSummary, inspect};
 use haptic_message::TickMessage;
-use serde::Deserialize;
 use serde_json::{Value, json};
 use std::cmp::Ordering;
 use std::fmt::Write as _;
@@ -134,17 +134,6 @@ fn no_sample(name: &str) -> Failure {
 }
 
 const PIECE: usize = 1 << 16;
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct TableRequest {
-    pub(crate) name: String,
-    pub(crate) channels: Vec<String>,
-    #[serde(default)]
-    pub(crate) from_s: Option<f64>,
-    #[serde(default)]
-    pub(crate) to_s: Option<f64>,
-}
 
 /// A table of a log that is there.
 #[derive(Debug)]

@@ -1,23 +1,24 @@
 //! State that the sockets share: the felt loop, the run in progress, the page with the controls.
 
-use super::request::RunStart;
 use super::tables::Tables;
-use crate::dropped::{TISSUES, can_be_felt};
-use crate::feel::{
-    CompareStart, DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, FeelState, FeltThing,
-    HAND_DAMPING, HAND_STIFFNESS, Kept, Opened, opened, pyramid_size,
-};
-use crate::pyramid::Pyramid;
+use crate::dropped::TISSUES;
+use crate::feel::{Feel, FeelPlace, Kept, Opened, opened};
 use crate::runs::Runs;
-use crate::{Announce, OnClose, TextFile};
+use crate::{Announce, OnClose};
+use haptic_answer::TextFile;
+use haptic_answer::dropped::can_be_felt;
+use haptic_answer::feel::{
+    DeviceNumbers, FeelChange, FeelSettings, FeelState, FeltThing, felt, pyramid_size,
+};
+use haptic_answer::pyramid::Pyramid;
+use haptic_answer::request::{CompareStart, StartRun};
 use haptic_document::Document;
 use haptic_experiment::Failure;
 use haptic_experiment::live::locked;
-use haptic_loop::SafetyLimits;
 use haptic_run::RealtimeOptions;
 use haptic_run::read_document;
 use haptic_tissue::Library;
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -273,7 +274,7 @@ impl Hub {
         let made = blocking(move || Feel::start(place, settings.judged()?, old.as_deref()));
         let feel = made.await?;
         locked(&self.wanted).settings = None;
-        let answer = felt(&feel);
+        let answer = felt(&feel.felt());
         *locked(&self.feel) = Some(Arc::new(feel));
         if self.stops.load(Ordering::Relaxed) != stops {
             self.stop();
@@ -316,7 +317,7 @@ impl Hub {
         };
         let _making = self.making.lock().await;
         if locked(&self.wanted).number != number {
-            return Ok(felt(&feel));
+            return Ok(felt(&feel.felt()));
         }
         let changing = Arc::clone(&feel);
         let made = blocking(move || changing.change(next)).await;
@@ -325,7 +326,7 @@ impl Hub {
             wanted.settings = None;
         }
         made?;
-        let answer = felt(&feel);
+        let answer = felt(&feel.felt());
         self.place.announce.say(&answer);
         Ok(answer)
     }
@@ -352,7 +353,7 @@ impl Hub {
         }
     }
 
-    pub(super) fn start_run(&self, run: &RunStart) -> Result<Value, Failure> {
+    pub(super) fn start_run(&self, run: &StartRun) -> Result<Value, Failure> {
         let stops = self.stops.load(Ordering::Relaxed);
         let started = self.runs.start(&run.kind, &run.parameters, run.realtime)?;
         if self.stops.load(Ordering::Relaxed) != stops {
@@ -374,21 +375,4 @@ pub(super) async fn blocking<T: Send + 'static>(
     let panicked = "the server could not finish this: see the terminal";
     let done = spawn_blocking(work).await;
     done.unwrap_or_else(|_| Err(Failure::bad_input(panicked)))
-}
-
-/// Settings of the felt loop and its verdict: the same in answers and to all pages.
-pub(super) fn felt(feel: &Feel) -> Value {
-    let (felt, limits) = (feel.felt(), SafetyLimits::default());
-    let (mut feel, mut verdict) = (json!(felt.settings), json!(felt.verdict));
-    feel["hand_stiffness_n_per_m"] = HAND_STIFFNESS.0.into();
-    feel["hand_damping_n_s_per_m"] = HAND_DAMPING.0.into();
-    feel["force_limit_n"] = limits.force.0.into();
-    feel["force_rate_limit_n_per_s"] = limits.rate.0.into();
-    feel["memory_s"] = (pyramid_size().samples as f64 * felt.settings.device.sample_time_s).into();
-    verdict["line"] = felt.verdict.line().into();
-    verdict["mass_kg"] = felt.dynamics.mass_kg.into();
-    verdict["damping_n_s_per_m"] = felt.dynamics.damping_n_s_per_m.into();
-    verdict["hand_stiffness_n_per_m"] = felt.dynamics.hand_stiffness_n_per_m.into();
-    feel["verdict"] = verdict;
-    json!({"feel": feel})
 }

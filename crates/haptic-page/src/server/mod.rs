@@ -3,10 +3,8 @@
 mod answer;
 mod http;
 mod hub;
-mod live;
 mod page;
 mod panels;
-mod request;
 mod response;
 mod socket;
 mod tables;

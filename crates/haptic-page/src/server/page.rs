@@ -1,18 +1,16 @@
 //! A page as the server knows it: its number, and the way to the task that writes to it.
 
-use super::live::LiveView;
 use super::panels::Panels;
-use crate::within;
+use haptic_answer::live::LiveView;
+use haptic_answer::words::{answered, refusal};
 use haptic_experiment::Failure;
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::sync::Arc;
 use tokio::sync::{mpsc, watch};
 use tokio_tungstenite::tungstenite::Message;
 
 /// Answers that wait for a page to read them.
 pub(super) const QUEUE: usize = 256;
-/// Longest refusal, characters: what a page has sent may be in it.
-const SENTENCE: usize = 1000;
 
 #[derive(Debug)]
 pub(super) enum Outgoing {
@@ -60,20 +58,6 @@ impl Page {
     }
 
     pub(super) fn answer(&self, id: &Value, result: Result<Value, Failure>) {
-        let text = match result {
-            Ok(mut value) => {
-                if value.is_null() {
-                    value = json!({});
-                }
-                (value["id"], value["ok"]) = (id.clone(), true.into());
-                value
-            }
-            Err(failure) => refusal(id, &failure.to_string()),
-        };
-        self.say(Message::text(text.to_string()));
+        self.say(Message::text(answered(id, result).to_string()));
     }
-}
-
-fn refusal(id: &Value, error: &str) -> Value {
-    json!({"id": id, "ok": false, "error": within(error, SENTENCE)})
 }

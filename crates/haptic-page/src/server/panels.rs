@@ -4,27 +4,31 @@
 //! once, and a running identification is stopped. So a slider that is dragged never queues.
 
 use super::hub::blocking;
-use super::request::{Panel, Question, Turn};
-use crate::control::designed;
-use crate::identify::{explained, identified, plant};
-use crate::surface::Surface;
+use crate::runs::FILES;
+use haptic_answer::form::Asker;
+use haptic_answer::question::PanelQuestion;
+use haptic_answer::request::Panel;
+use haptic_answer::surface::TissueSurface;
 use haptic_experiment::Failure;
 use haptic_experiment::live::locked;
+use haptic_log::record::StartTime;
 use serde_json::Value;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::SystemTime;
+use tokio::sync::Notify;
 
-impl Question {
-    fn answer(&self, program: &str, given_up: &AtomicBool) -> Result<Value, Failure> {
-        match self {
-            Self::Wall(wall) => wall.answer(),
-            Self::Control(plant) => designed(plant),
-            Self::Analyze(asked) => asked.analysed(),
-            Self::Simulate(asked) => asked.simulated(),
-            Self::Record(record) => identified(record, program, given_up),
-            Self::ExplainRecord(record) => explained(record),
-            Self::PlantRecord(record) => plant(record, program, given_up),
-        }
+/// A question in its panel.
+#[derive(Debug, Default)]
+pub(super) struct Turn {
+    given_up: AtomicBool,
+    given_up_notice: Notify,
+}
+
+impl Turn {
+    fn give_up(&self) {
+        self.given_up.store(true, Ordering::Relaxed);
+        self.given_up_notice.notify_one();
     }
 }
 
@@ -39,21 +43,23 @@ struct Queue {
 pub(super) struct Panels {
     queues: [Queue; Panel::ALL.len()],
     gone: AtomicBool,
-    pub(super) surface: Mutex<Option<Surface>>,
+    pub(super) surface: Mutex<Option<TissueSurface>>,
 }
 
 impl Panels {
-    /// Makes this the newest turn of its panel, which gives up the one before it.
-    pub(super) fn take_turn(&self, panel: Panel, turn: &Arc<Turn>) {
+    /// The newest turn of a panel, which gives up the one before it.
+    pub(super) fn take_turn(&self, panel: Panel) -> Arc<Turn> {
+        let turn = Arc::<Turn>::default();
         let newest = &mut *locked(&self.queues[panel as usize].newest);
-        std::mem::replace(newest, Arc::clone(turn)).give_up();
+        std::mem::replace(newest, Arc::clone(&turn)).give_up();
+        turn
     }
 
     /// The answer to a question whose turn was taken.
     pub(super) async fn ask(
         &self,
         panel: Panel,
-        question: Question,
+        question: PanelQuestion,
         turn: Arc<Turn>,
         program: Option<String>,
     ) -> Result<Value, Failure> {
@@ -69,8 +75,15 @@ impl Panels {
             }
             work = queue.work.lock() => work,
         };
-        blocking(move || question.answer(program.as_deref().unwrap_or_default(), &turn.given_up))
-            .await
+        blocking(move || {
+            question.answer(&Asker {
+                program: program.as_deref().unwrap_or_default(),
+                day: StartTime::at(SystemTime::now()).day(),
+                files: &FILES,
+                given_up: &turn.given_up,
+            })
+        })
+        .await
     }
 
     /// The page is gone: its questions are given up.

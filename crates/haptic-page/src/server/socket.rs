@@ -2,17 +2,20 @@
 
 use super::answer::answer;
 use super::hub::{BUSY, Hub};
-use super::live::{Acknowledged, FRAMES_PER_S, Live, status};
 use super::page::{Outgoing, Page, QUEUE};
-use super::request::{self, Request};
 use crate::OnClose;
+use crate::feel::Comparison;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt as _, StreamExt as _};
+use haptic_answer::feel::state::idle;
+use haptic_answer::live::{Acknowledged, FRAMES_PER_S, LivePicture};
+use haptic_answer::request::{self, PageRequest};
 use haptic_experiment::Failure;
+use haptic_experiment::live::locked;
 use hyper::body::Bytes;
 use hyper::upgrade::Upgraded;
 use hyper_util::rt::TokioIo;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::error::RecvError;
@@ -50,7 +53,7 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
     let (desk, asked) = mpsc::channel(WAITING);
     let clerk = tokio::spawn(work(asked, Arc::clone(&hub), page.clone()));
     let acknowledged = Acknowledged::default();
-    let live = Live::new(acknowledged.clone());
+    let live = LivePicture::new(acknowledged.clone());
     let writer = tokio::spawn(write(sink, queue, live, Arc::clone(&hub), number));
     let reason = read(&mut source, &acknowledged, &hub, &page, &desk).await;
     drop(desk);
@@ -87,7 +90,7 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
 /// A message that waits for the answers to those before it.
 #[expect(clippy::large_enum_variant, reason = "at most sixteen of a page wait")]
 enum Asked {
-    Read(Result<(Value, Request), (Value, String)>),
+    Read(Result<(Value, PageRequest), (Value, String)>),
     /// It is long, and was not read yet.
     Text(Utf8Bytes),
 }
@@ -167,7 +170,7 @@ async fn work(mut asked: mpsc::Receiver<Asked>, hub: Arc<Hub>, page: Page) {
 }
 
 /// Does what is asked; what takes time beside the next requests.
-async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page) {
+async fn obey(id: Value, request: PageRequest, hub: &Arc<Hub>, page: &Page) {
     if request.needs_controls() && !hub.has_controls(page.number) {
         let refused = Failure::bad_input(
             "this page is only watching: take the controls first (`controls.take`); stop always works",
@@ -175,18 +178,20 @@ async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page) {
         return page.answer(&id, Err(refused));
     }
     if !request.takes_long() {
-        return page.answer(&id, answer(&id, request, hub, page).await);
+        return page.answer(&id, answer(&id, request, Arc::default(), hub, page).await);
     }
     let Ok(place) = Arc::clone(&hub.work).try_acquire_owned() else {
         return page.answer(&id, Err(Failure::bad_input(BUSY)));
     };
     // In the order of reading: a task may begin before one that was spawned earlier.
-    if let Request::Ask { panel, turn, .. } = &request {
-        page.panels.take_turn(*panel, turn);
-    }
+    let turn = if let PageRequest::Ask { panel, .. } = &request {
+        page.panels.take_turn(*panel)
+    } else {
+        Arc::default()
+    };
     let (hub, page) = (Arc::clone(hub), page.clone());
     tokio::spawn(async move {
-        page.answer(&id, answer(&id, request, &hub, &page).await);
+        page.answer(&id, answer(&id, request, turn, &hub, &page).await);
         drop(place);
     });
 }
@@ -195,7 +200,7 @@ async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page) {
 async fn write(
     mut sink: SplitSink<WebSocket, Message>,
     mut queue: mpsc::Receiver<Outgoing>,
-    mut live: Live,
+    mut live: LivePicture,
     hub: Arc<Hub>,
     page: u64,
 ) {
@@ -234,7 +239,9 @@ async fn write(
             _ = pings.tick() => Message::Ping(Bytes::new()),
             _ = frames.tick(), if live.is_on() => {
                 let feel = hub.feel();
-                match feel.and_then(|_| live.next_frame(&hub.place.kept)) {
+                let t = locked(&hub.place.kept.state).sample_time_s;
+                let next = |_| live.next_frame(&locked(&hub.place.kept.pyramid), t);
+                match feel.and_then(next) {
                     Some(frame) => Message::binary(frame),
                     None => continue,
                 }
@@ -248,4 +255,22 @@ async fn write(
         tokio::task::yield_now().await;
     }
     let _ = sink.close().await;
+}
+
+/// Status of the loop, of the page and of its picture.
+fn status(hub: &Hub, page: u64, live: &mut LivePicture) -> Value {
+    let kept = &hub.place.kept;
+    let mut status = idle();
+    if let Some(feel) = hub.feel() {
+        let made = locked(&kept.pyramid).made();
+        status = locked(&kept.state).status(feel.counts(), made);
+        status["paused"] = feel.is_paused().into();
+        let comparison = locked(&kept.comparison);
+        status["compare"] = json!(comparison.as_ref().map(Comparison::status));
+    }
+    status["watching"] = json!(hub.watching());
+    status["controls"] = json!(hub.has_controls(page));
+    let t = locked(&kept.state).sample_time_s;
+    live.add_to(&mut status, &locked(&kept.pyramid), t);
+    json!({"status": status})
 }

@@ -1,7 +1,7 @@
 //! Schemes that are judged while a person waits.
 
 use fracdiff::Scheme;
-use haptic_experiment::Failure;
+use haptic_document::Failure;
 use haptic_quantity::short;
 use std::fmt::Display;
 

@@ -1,21 +1,17 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
-use crate::control::ControlRequest;
-use crate::feel::{CompareStart, FeelChange};
-use crate::identify::RecordRequest;
-use crate::runs::TableRequest;
+#![expect(missing_docs, reason = "the protocol has them, by these names")]
+
+use crate::feel::FeelChange;
+use crate::question::PanelQuestion;
 use crate::surface::SurfaceRequest;
-use crate::wall::WallQuestion;
-use crate::{TextFile, in_a_line};
+use crate::words::{TextFile, in_a_line};
 use serde::Deserialize;
 use serde_json::{Map, Value};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use tokio::sync::Notify;
 
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", deny_unknown_fields)]
-pub(super) enum Request {
+pub enum PageRequest {
     #[serde(rename = "hello")]
     Hello { version: u32 },
     #[serde(rename = "controls.take")]
@@ -64,7 +60,7 @@ pub(super) enum Request {
     #[serde(rename = "runs.forms")]
     RunsForms {},
     #[serde(rename = "runs.start")]
-    RunsStart(RunStart),
+    RunsStart(StartRun),
     #[serde(rename = "runs.stop")]
     RunsStop {},
     #[serde(rename = "tissue.keep")]
@@ -74,9 +70,7 @@ pub(super) enum Request {
     #[serde(rename = "ask")]
     Ask {
         panel: Panel,
-        question: Question,
-        #[serde(skip)]
-        turn: Arc<Turn>,
+        question: PanelQuestion,
     },
     #[serde(rename = "quantity")]
     Quantity { key: String, text: String },
@@ -84,25 +78,11 @@ pub(super) enum Request {
     Surface(SurfaceRequest),
 }
 
-/// A question in its panel.
-#[derive(Debug, Default)]
-pub(super) struct Turn {
-    pub(super) given_up: AtomicBool,
-    pub(super) given_up_notice: Notify,
-}
-
-impl Turn {
-    pub(super) fn give_up(&self) {
-        self.given_up.store(true, Ordering::Relaxed);
-        self.given_up_notice.notify_one();
-    }
-}
-
 fracdiff::enumerated! {
     /// A part of the page that asks for itself.
     #[derive(Clone, Copy, Debug, Deserialize)]
     #[serde(rename_all = "snake_case")]
-    pub(super) enum Panel {
+    pub enum Panel {
         Design,
         Safety,
         Control,
@@ -111,44 +91,55 @@ fracdiff::enumerated! {
     }
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Question {
-    Wall(WallQuestion),
-    Control(ControlRequest),
-    Analyze(ControlRequest),
-    Simulate(ControlRequest),
-    Record(Box<RecordRequest>),
-    ExplainRecord(Box<RecordRequest>),
-    PlantRecord(Box<RecordRequest>),
-}
-
-pub(super) const LIVE: &str = "live";
+pub const LIVE: &str = "live";
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ViewRequest {
-    pub(super) source: String,
-    pub(super) columns: u32,
-    pub(super) from_s: Option<f64>,
-    pub(super) to_s: Option<f64>,
-    pub(super) last_s: Option<f64>,
-    pub(super) channels: Option<Vec<String>>,
+pub struct ViewRequest {
+    pub source: String,
+    pub columns: u32,
+    pub from_s: Option<f64>,
+    pub to_s: Option<f64>,
+    pub last_s: Option<f64>,
+    pub channels: Option<Vec<String>>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RunStart {
-    pub(super) kind: String,
+pub struct StartRun {
+    pub kind: String,
     #[serde(default)]
-    pub(super) parameters: Map<String, Value>,
+    pub parameters: Map<String, Value>,
     #[serde(default)]
-    pub(super) realtime: bool,
+    pub realtime: bool,
 }
 
-impl Request {
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableRequest {
+    pub name: String,
+    pub channels: Vec<String>,
+    #[serde(default)]
+    pub from_s: Option<f64>,
+    #[serde(default)]
+    pub to_s: Option<f64>,
+}
+
+/// Fields of `compare.start`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CompareStart {
+    /// The change that makes B of what is felt.
+    pub b: FeelChange,
+    pub trials: f64,
+    /// A code of at most 32 characters, no name.
+    pub subject: String,
+    pub seed: u32,
+}
+
+impl PageRequest {
     /// True if only the page that holds the controls may ask for it.
-    pub(super) const fn needs_controls(&self) -> bool {
+    pub const fn needs_controls(&self) -> bool {
         match self {
             Self::ReleaseControls {}
             | Self::FeelStart(_)
@@ -183,7 +174,7 @@ impl Request {
     }
 
     /// True if it is answered where it is read: nothing that was asked before holds up a stop.
-    pub(super) const fn is_urgent(&self) -> bool {
+    pub const fn is_urgent(&self) -> bool {
         matches!(
             self,
             Self::Stop {} | Self::RunsStop {} | Self::FeelHand { .. }
@@ -191,7 +182,7 @@ impl Request {
     }
 
     /// True if its answer may take long, so that the next requests do not wait for it.
-    pub(super) fn takes_long(&self) -> bool {
+    pub fn takes_long(&self) -> bool {
         let reads_a_log = matches!(self, Self::View(view) if view.source != LIVE);
         reads_a_log
             || matches!(
@@ -216,7 +207,10 @@ impl Request {
 }
 
 /// The text of a message as a request, with its number.
-pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
+///
+/// # Errors
+/// The number, if there is one, and a sentence.
+pub fn parse(text: &str) -> Result<(Value, PageRequest), (Value, String)> {
     let none = |error: String| (Value::Null, error);
     let value: Value = serde_json::from_str(text)
         .map_err(|error| none(format!("the message is not JSON: {error}")))?;
@@ -229,7 +223,7 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     let Some(id) = id else {
         return Err(none("the message has no `id` that is a number".to_owned()));
     };
-    match Request::deserialize(Value::Object(object)) {
+    match PageRequest::deserialize(Value::Object(object)) {
         Ok(request) => Ok((id, request)),
         Err(error) => {
             let reason = in_a_line(&error.to_string());
@@ -281,7 +275,7 @@ mod tests {
         let (id, request) = request.expect("understood");
         assert_eq!(id, 7);
         assert!(request.needs_controls());
-        let Request::FeelSet(change) = request else {
+        let PageRequest::FeelSet(change) = request else {
             panic!("{request:?}");
         };
         assert_eq!(change.order, Some(0.3));

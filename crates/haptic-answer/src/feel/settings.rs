@@ -1,23 +1,28 @@
 //! Settings of a felt loop: a tissue or a wall, a device, ghosts; changes of it, and the ranges of its numbers.
 
+#![expect(missing_docs, reason = "the protocol has them, by these names")]
+
 use crate::scheme::judged_scheme;
-use crate::{Number, TextFile};
+use crate::words::{Number, TextFile};
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds, enumerated};
-use haptic_experiment::Failure;
-use haptic_experiment::live::{HAND_M, HeldDevice};
-use haptic_experiment::parameters::{self, Range};
+use haptic_document::Failure;
+use haptic_document::parameters::{self, Range};
 use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use haptic_loop::DepthMap;
 use haptic_quantity::short;
 use haptic_tissue::{Library, Material, Model};
 use haptic_trial::DeviceValues;
+use haptic_trial::in_hand::hand::{HAND_M, HeldDevice};
+use haptic_trial::keys::wall::{
+    DISSIPATION as WALL_DISSIPATION, ORDER as WALL_ORDER, STIFFNESS as WALL_STIFFNESS,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Ends of a slider, and where it begins. What is typed may lie beyond them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Slider {
+pub struct Slider {
     least: f64,
     most: f64,
     default: f64,
@@ -36,10 +41,10 @@ const STIFFNESS: Slider = slider(0.0, 20e3, 300.0);
 const DISSIPATION: Slider = slider(0.0, 2000.0, 10.0);
 
 /// Sliders by the names of their numbers; `scale` is a factor on K and B.
-pub(crate) const SLIDERS: [(&str, Slider); 5] = [
-    (parameters::ORDER.key, ORDER),
-    (parameters::STIFFNESS.key, STIFFNESS),
-    (parameters::DISSIPATION.key, DISSIPATION),
+pub const SLIDERS: [(&str, Slider); 5] = [
+    (WALL_ORDER.key, ORDER),
+    (WALL_STIFFNESS.key, STIFFNESS),
+    (WALL_DISSIPATION.key, DISSIPATION),
     ("scale", slider(0.01, 100.0, 1.0)),
     ("hand_m", slider(HAND_M.0, HAND_M.1, 0.0)),
 ];
@@ -63,7 +68,7 @@ fn check(name: &str, range: Range, value: f64) -> Result<(), Failure> {
 /// A tissue of the library, or a wall that only pushes; or where such a thing is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-pub(crate) enum FeltThing {
+pub enum FeltThing {
     Tissue(String),
     Wall(WallNumbers),
     /// An experiment or tissue file that a page was given.
@@ -75,14 +80,14 @@ pub(crate) enum FeltThing {
 /// The law K + B·D^μ of a wall, and how it is rendered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub(crate) struct WallNumbers {
-    pub(super) order: f64,
-    pub(super) stiffness_n_per_m: f64,
-    pub(super) dissipation_n_s_mu_per_m: f64,
+pub struct WallNumbers {
+    pub order: f64,
+    pub stiffness_n_per_m: f64,
+    pub dissipation_n_s_mu_per_m: f64,
     /// Scheme as on the command line; `exact` stands for `full`.
-    pub(super) scheme: String,
+    pub scheme: String,
     /// True if its memory is fed with the position in front of the surface too.
-    pub(super) signed: bool,
+    pub signed: bool,
 }
 
 impl Default for WallNumbers {
@@ -128,14 +133,17 @@ impl From<DeviceValues> for DeviceNumbers {
 
 impl DeviceNumbers {
     /// Names of all of its numbers.
-    pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    pub fn names() -> impl Iterator<Item = &'static str> {
         let values = DeviceValues::default().named().map(|(known, _)| known.key);
         let all = values.into_iter().chain([parameters::SAMPLE_TIME.key]);
         all.filter(|name| *name != parameters::HAND_STIFFNESS.key)
     }
 
     /// Replaces these of its numbers.
-    pub(super) fn with(mut self, numbers: &BTreeMap<String, Number>) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// A name or a number that no device has.
+    pub fn with(mut self, numbers: &BTreeMap<String, Number>) -> Result<Self, Failure> {
         for (name, Number(number)) in numbers {
             if !Self::names().any(|known| known == name) {
                 let known = Self::names().collect::<Vec<_>>().join(", ");
@@ -156,12 +164,15 @@ impl DeviceNumbers {
         Ok(self)
     }
 
-    pub(crate) const fn sample_time(&self) -> Seconds {
+    pub const fn sample_time(&self) -> Seconds {
         Seconds(self.sample_time_s)
     }
 
     /// The device itself, in front of the surface.
-    pub(super) fn simulated(&self) -> Result<HeldDevice, Failure> {
+    ///
+    /// # Errors
+    /// A number that no device has.
+    pub fn simulated(&self) -> Result<HeldDevice, Failure> {
         HeldDevice::new(self.values.free(self.sample_time()), self.values.sensors())
     }
 }
@@ -170,7 +181,7 @@ enumerated! {
     /// Another operator for the motion that is felt: the last second alone, or A₃, which remembers three samples.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
     #[serde(rename_all = "lowercase")]
-    pub(crate) enum Ghost {
+    pub enum Ghost {
         Short,
         A3,
     }
@@ -179,47 +190,50 @@ enumerated! {
 /// Fields of `feel.start` and `feel.set`. A missing one stays, or is that of the environment.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub(crate) struct FeelChange {
-    pub(crate) environment: Option<FeltThing>,
-    pub(crate) device: Option<BTreeMap<String, Number>>,
-    pub(crate) order: Option<f64>,
-    pub(crate) stiffness_n_per_m: Option<f64>,
-    pub(crate) dissipation_n_s_mu_per_m: Option<f64>,
-    pub(crate) scale: Option<f64>,
-    pub(crate) ghosts: Option<Vec<Ghost>>,
+pub struct FeelChange {
+    pub environment: Option<FeltThing>,
+    pub device: Option<BTreeMap<String, Number>>,
+    pub order: Option<f64>,
+    pub stiffness_n_per_m: Option<f64>,
+    pub dissipation_n_s_mu_per_m: Option<f64>,
+    pub scale: Option<f64>,
+    pub ghosts: Option<Vec<Ghost>>,
 }
 
 /// Settings of a felt loop, checked but for its stability.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct FeelSettings {
-    pub(super) environment: FeltThing,
+pub struct FeelSettings {
+    pub environment: FeltThing,
     /// A few words for people.
     title: String,
     /// Why a tissue is not felt in its full size.
-    pub(super) note: Option<String>,
+    pub note: Option<String>,
     /// True if the order can be changed: of one spring-pot beside a spring, not of a model with more elements.
     order_free: bool,
     /// Order, and K and B before the factor.
     #[serde(flatten)]
-    pub(super) law: WallNumbers,
-    pub(super) scale: f64,
+    pub law: WallNumbers,
+    pub scale: f64,
     /// True if neither this factor nor a number of the law was requested, so that it may become one that is stable.
     #[serde(skip)]
-    pub(super) may_scale: bool,
+    pub may_scale: bool,
     #[serde(flatten)]
-    pub(crate) device: DeviceNumbers,
-    pub(super) ghosts: Vec<Ghost>,
+    pub device: DeviceNumbers,
+    pub ghosts: Vec<Ghost>,
     /// The model of a tissue with more elements, whose memory is felt; `None` for D^μ.
     #[serde(skip)]
-    pub(super) model: Option<Model>,
+    pub model: Option<Model>,
     /// The map of depth of a tissue that stiffens.
     #[serde(skip)]
-    pub(super) map: Option<DepthMap<f64>>,
+    pub map: Option<DepthMap<f64>>,
 }
 
 impl FeelSettings {
     /// Settings of `feel.start`; `usual` fills in the device.
-    pub(crate) fn new(
+    ///
+    /// # Errors
+    /// A number outside its range; an unknown tissue; no environment.
+    pub fn new(
         library: &Library,
         usual: DeviceNumbers,
         mut start: FeelChange,
@@ -284,9 +298,9 @@ impl FeelSettings {
         if self.model.is_none() {
             let law = &self.law;
             for (parameter, value) in [
-                (parameters::ORDER, law.order),
-                (parameters::STIFFNESS, law.stiffness_n_per_m),
-                (parameters::DISSIPATION, law.dissipation_n_s_mu_per_m),
+                (WALL_ORDER, law.order),
+                (WALL_STIFFNESS, law.stiffness_n_per_m),
+                (WALL_DISSIPATION, law.dissipation_n_s_mu_per_m),
             ] {
                 check(parameter.key, parameter.range(), value)?;
             }
@@ -315,12 +329,18 @@ impl FeelSettings {
     }
 
     /// The operator that makes the force, as its scheme names it.
-    pub(super) fn scheme(&self) -> Result<Scheme, Failure> {
+    ///
+    /// # Errors
+    /// A scheme that is not judged while a person waits.
+    pub fn scheme(&self) -> Result<Scheme, Failure> {
         judged_scheme(&self.law.scheme)
     }
 
     /// Applies a change; another environment brings its own numbers.
-    pub(crate) fn changed(&self, library: &Library, change: &FeelChange) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new); another device.
+    pub fn changed(&self, library: &Library, change: &FeelChange) -> Result<Self, Failure> {
         if change.device.is_some() {
             return Err(Failure::bad_input(
                 "`device` cannot change while it is felt: give it with `feel.start`",

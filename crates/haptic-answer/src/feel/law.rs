@@ -1,20 +1,25 @@
 //! Laws made from settings, and what the analysis says of them before they are felt.
 
+use super::ghost::GhostLaws;
 use super::settings::{FeelSettings, Ghost};
 use fracdiff::{Order, Scheme};
-use haptic_experiment::live::{
-    Felt, HAND_DAMPING, HAND_STIFFNESS, HORIZON, Law, Placed, refuse_unstable, rounded_down, ticks,
-};
-use haptic_experiment::{Dynamics, Failure, parameters};
+use haptic_analysis::Dynamics;
+use haptic_document::{Failure, parameters};
 use haptic_judge::modelled_tissue::operator;
 use haptic_judge::preflight::{Preflight, WallContact};
 use haptic_loop::units::Metres;
 use haptic_loop::{Pushing, Specimen, Wall, WallShape};
 use haptic_quantity::digits;
+use haptic_trial::in_hand::fading::Law;
+use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_STIFFNESS};
+use haptic_trial::in_hand::law::{Felt, HORIZON, refuse_unstable, rounded_down, ticks};
+use haptic_trial::in_hand::place::Placed;
 use haptic_trial::preflight::PreflightVerdict;
 
 /// Time that the short memory keeps, s.
-pub(super) const SHORT_S: f64 = 1.0;
+const SHORT_S: f64 = 1.0;
+/// Time of the past that a ghost hears, s: more than it remembers.
+const GHOST_PAST_S: f64 = 1.1 * SHORT_S;
 const A3_DEGREE: usize = 3;
 
 /// Margin at which a tissue is felt that would be unstable in its full size: hits on contact that only pushes grow at less.
@@ -22,15 +27,18 @@ const FITTED_MARGIN: f64 = 2.0;
 
 /// Settings of a felt law, with the verdict that let it run.
 #[derive(Clone, Debug)]
-pub(crate) struct JudgedFeel {
-    pub(crate) settings: FeelSettings,
-    pub(crate) verdict: PreflightVerdict,
+pub struct JudgedFeel {
+    /// The law and the device.
+    pub settings: FeelSettings,
+    /// The verdict, of the device below.
+    pub verdict: PreflightVerdict,
     /// The device that the verdict is of: with the hand or without.
-    pub(crate) dynamics: Dynamics,
+    pub dynamics: Dynamics,
 }
 
 impl FeelSettings {
-    pub(super) fn gains(&self) -> (f64, f64) {
+    /// K and B with the factor.
+    pub fn gains(&self) -> (f64, f64) {
         (
             self.scale * self.law.stiffness_n_per_m,
             self.scale * self.law.dissipation_n_s_mu_per_m,
@@ -53,11 +61,18 @@ impl FeelSettings {
     }
 
     /// The law at rest, with all of its memory.
-    pub(crate) fn law(&self) -> Result<Law<Felt>, Failure> {
+    ///
+    /// # Errors
+    /// A law that cannot be made.
+    pub fn law(&self) -> Result<Law<Felt>, Failure> {
         self.felt_by(self.scheme()?)
     }
 
-    pub(crate) fn ghost_laws(&self) -> Result<[Option<Law<Felt>>; 2], Failure> {
+    /// The laws of the ghosts, `None` of one that is not drawn.
+    ///
+    /// # Errors
+    /// A law that cannot be made.
+    pub fn ghost_laws(&self) -> Result<GhostLaws, Failure> {
         let law = |ghost: Ghost| {
             let scheme = match ghost {
                 Ghost::Short => Scheme::Grunwald {
@@ -72,9 +87,28 @@ impl FeelSettings {
         Ok([law(short)?, law(a3)?])
     }
 
+    /// The law, and the ghosts, after these positions, m, from a tick on.
+    ///
+    /// # Errors
+    /// A law that cannot be made.
+    pub fn laws_after(&self, first: u64, past: &[f32]) -> Result<(Law<Felt>, GhostLaws), Failure> {
+        let (mut law, mut ghosts) = (self.law()?, self.ghost_laws()?);
+        law.hear_from(first, past.iter().copied().map(f64::from));
+        let heard = ticks(GHOST_PAST_S, self.device.sample_time());
+        let recent = past.len().saturating_sub(heard);
+        for law in ghosts.iter_mut().flatten() {
+            let recent_past = past[recent..].iter().copied();
+            law.hear_from(first + recent as u64, recent_past.map(f64::from));
+        }
+        Ok((law, ghosts))
+    }
+
     /// Itself with the pre-flight of the loop with the hand and without, whichever is nearer to the edge. A tissue whose size
     /// was not requested is made as small as it has to be.
-    pub(crate) fn judged(mut self) -> Result<JudgedFeel, Failure> {
+    ///
+    /// # Errors
+    /// A law that is unstable, with the factor that helps.
+    pub fn judged(mut self) -> Result<JudgedFeel, Failure> {
         let mut both = self.verdicts()?;
         if self.may_scale && both.iter().any(|(verdict, _)| !verdict.stable) {
             self.fit(&both);

@@ -49,7 +49,7 @@ proptest! {
         columns in 1_u32..200,
     ) {
         let pyramid = filled(&samples);
-        let span = Span::new(start, start + length, columns);
+        let span = ViewSpan::new(start, start + length, columns);
         let have = pyramid.columns(span);
         let made = samples.len() as u64;
         prop_assert!(have.first_tick.is_multiple_of(have.width));
@@ -87,7 +87,7 @@ proptest! {
         columns in 1_u32..200,
     ) {
         let pyramid = filled(&vec![[1.0, 2.0]; made as usize]);
-        let have = pyramid.columns(Span::new(made - length, made, columns));
+        let have = pyramid.columns(ViewSpan::new(made - length, made, columns));
         let wanted = length.div_ceil(u64::from(columns));
         prop_assert!(have.width >= wanted && 4 * have.width <= 5 * wanted.max(1) + 4);
         // At most one more, where the first begins before the span.
@@ -101,7 +101,7 @@ fn a_single_peak_is_seen_from_every_distance() {
     samples[577] = [9.0, -9.0];
     let pyramid = filled(&samples);
     for (start, columns) in [(560, 40), (500, 7), (300, 10), (0, 3), (0, 1)] {
-        let have = pyramid.columns(Span::new(start, 600, columns));
+        let have = pyramid.columns(ViewSpan::new(start, 600, columns));
         let column = ((577 - have.first_tick) / have.width) as usize;
         let peak = (have.largest(0)[column], have.least(1)[column]);
         assert_eq!(peak, (9.0, -9.0));
@@ -116,7 +116,7 @@ fn what_is_forgotten_in_full_is_drawn_from_a_coarser_level() {
     let pyramid = filled(&samples);
     assert_eq!(pyramid.levels[0].first_tick(1000), 1000 - 64);
     // Level 2, entries of 16, reaches back 32 of them: not to 100; level 3 does, all of it.
-    let have = pyramid.columns(Span::new(100, 200, 100));
+    let have = pyramid.columns(ViewSpan::new(100, 200, 100));
     assert_eq!((have.width, have.first_tick), (64, 64));
     assert_eq!((have.least(0)[0], have.largest(0)[0]), (64.0, 127.0));
 }
@@ -127,9 +127,9 @@ fn memory_does_not_grow_and_nothing_is_left_after_clear() {
     assert_eq!(pyramid.made(), 5000);
     pyramid.clear();
     assert_eq!((pyramid.made(), first_tick(&pyramid)), (0, 0));
-    assert_eq!(pyramid.columns(Span::new(0, 100, 10)).count, 0);
+    assert_eq!(pyramid.columns(ViewSpan::new(0, 100, 10)).count, 0);
     pyramid.push(&[3.0]);
-    let have = pyramid.columns(Span::new(0, 100, 10));
+    let have = pyramid.columns(ViewSpan::new(0, 100, 10));
     assert_eq!((have.count, have.least(0)[0]), (1, 3.0));
     assert!(have.least(1)[0].is_nan(), "a channel that is missing");
 }

@@ -1,16 +1,14 @@
 //! A tissue or a plant from records that were dropped on the page, read and fitted as on the command line.
 
-use crate::{TextFile, file_name, form};
-use haptic_experiment::{Failure, lines};
-use haptic_log::record::StartTime;
+use crate::form::Asker;
+use crate::words::{TextFile, file_name, form};
+use haptic_document::{Failure, lines};
 use haptic_question::plant::keys::PlantForm;
 use haptic_question::plant::{PlantFound, PlantQuestion};
 use haptic_question::tissue::{RecordAnswer, RecordQuestion};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::fmt::Display;
-use std::sync::atomic::AtomicBool;
-use std::time::SystemTime;
 use tissue_identification::Provenance;
 
 /// Points of a curve that is sent, at most.
@@ -18,7 +16,7 @@ const POINTS: usize = 2000;
 
 /// Records, and keys for what their tables do not say.
 #[derive(Clone, Debug, Deserialize)]
-pub(crate) struct RecordRequest {
+pub struct RecordRequest {
     #[serde(default = "unnamed", deserialize_with = "file_name")]
     name: String,
     #[serde(default)]
@@ -50,12 +48,11 @@ impl RecordRequest {
     }
 }
 
-/// The answer to records; a tissue that is made of them says that `program` did.
-pub(crate) fn identified(
-    request: &RecordRequest,
-    program: &str,
-    stop: &AtomicBool,
-) -> Result<Value, Failure> {
+/// The answer to records; a tissue that is made of them says that the program of the asker did.
+///
+/// # Errors
+/// Tables or keys that are wrong; nothing that fits.
+pub fn identified(request: &RecordRequest, asker: &Asker<'_>) -> Result<Value, Failure> {
     let question = RecordQuestion::of(&form(&request.form)?)?;
     question.check(1 + request.more.len())?;
     let read = |n, bytes: &[u8]| question.read(n, question.reader.clone(), bytes);
@@ -64,16 +61,15 @@ pub(crate) fn identified(
         names.extend(all.iter().map(|_| name.to_owned()));
         records.extend(all);
     }
-    let found = question.answer(records, &names, stop, &|_| {});
+    let found = question.answer(records, &names, asker.given_up, &|_| {});
     names.dedup();
     let source = names.join(", ");
     let found = found.map_err(|error| Failure::bad_input(format_args!("{source}: {error}")))?;
-    let date = StartTime::at(SystemTime::now()).day();
     let provenance = Provenance {
-        program,
+        program: asker.program,
         record: &source,
         conditions: None,
-        date: &date,
+        date: &asker.day,
     };
     let name = tissue_name(&request.name);
     let tissue = found.found.tissue(&name, &found.understood, provenance);
@@ -88,7 +84,10 @@ pub(crate) fn identified(
 }
 
 /// The columns of tables as they are read, in lines, whether or not they make a record.
-pub(crate) fn explained(request: &RecordRequest) -> Result<Value, Failure> {
+///
+/// # Errors
+/// Keys that are wrong.
+pub fn explained(request: &RecordRequest) -> Result<Value, Failure> {
     let question = RecordQuestion::of(&form(&request.form)?)?;
     let read = request.read(|n, bytes| question.explained(n, &question.reader, bytes))?;
     let read = read
@@ -97,12 +96,11 @@ pub(crate) fn explained(request: &RecordRequest) -> Result<Value, Failure> {
     Ok(json!({"read": read.collect::<Vec<_>>()}))
 }
 
-/// The plant in a record, tried on a second one; its file says that `program` made it.
-pub(crate) fn plant(
-    request: &RecordRequest,
-    program: &str,
-    stop: &AtomicBool,
-) -> Result<Value, Failure> {
+/// The plant in a record, tried on a second one; its file says that the program of the asker made it.
+///
+/// # Errors
+/// Tables or keys that are wrong; nothing that fits.
+pub fn plant(request: &RecordRequest, asker: &Asker<'_>) -> Result<Value, Failure> {
     let form: PlantForm = form(&request.form)?;
     let question = PlantQuestion::of(&form)?;
     let read = |_, bytes: &[u8]| question.data(&question.columns, bytes);
@@ -116,7 +114,7 @@ pub(crate) fn plant(
     ) else {
         return Err(Failure::bad_input("give one record to try the function on"));
     };
-    let found = question.found(record, other, stop, &|_, _, _| {})?;
+    let found = question.found(record, other, asker.given_up, &|_, _, _| {})?;
     let mut answer = json!(found.report());
     let curves = match &found {
         PlantFound::Record(found) => {
@@ -132,7 +130,8 @@ pub(crate) fn plant(
     for (key, curve) in ["x", "measured", "predicted"].into_iter().zip(curves) {
         answer[key] = json!(thinned(&curve, curve.len()));
     }
-    answer["file"] = json!({"name": "plant.toml", "text": found.to_toml(program, &request.name)});
+    answer["file"] =
+        json!({"name": "plant.toml", "text": found.to_toml(asker.program, &request.name)});
     Ok(answer)
 }
 

@@ -1,13 +1,16 @@
 //! The loop of the thread in virtual time: what a hand is given that pushes from the first tick on.
 
-use super::settings::WallNumbers;
+use super::limits::limits;
 use super::*;
 use fracdiff::Order;
 use haptic_judge::modelled_tissue::operator;
 use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use haptic_loop::units::{Kilograms, Metres, Seconds};
+use haptic_loop::{Controller, SafetyChain};
 use haptic_loop::{Environment as _, LoopSample, Pushing, Wall};
 use haptic_tissue::{FullHistory, Library, SampledModel};
 use haptic_trial::DeviceValues;
+use haptic_trial::in_hand::law::fading;
 use nalgebra::Vector1;
 use testkit::Random;
 
@@ -93,7 +96,7 @@ fn given(ticks: &[Felt]) -> Given {
     most
 }
 
-const DAMPING: f64 = haptic_experiment::parameters::DAMPING.default_number();
+const DAMPING: f64 = haptic_document::parameters::DAMPING.default_number();
 const TICKS: u32 = 6000;
 
 #[test]

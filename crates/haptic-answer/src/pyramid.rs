@@ -12,24 +12,26 @@
 use std::ops::Range;
 
 /// Samples of an entry, from one level to the next.
-pub(crate) const FACTOR: u64 = 4;
+pub const FACTOR: u64 = 4;
 /// Entries of a level that a column is made of, at most.
-pub(crate) const ENTRIES_MOST: u64 = 16;
+pub const ENTRIES_MOST: u64 = 16;
 
+/// Size of the levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct PyramidSize {
-    pub(crate) channels: usize,
+pub struct PyramidSize {
+    /// Numbers of a sample.
+    pub channels: usize,
     /// Samples that level 0 remembers, at least 1.
-    pub(crate) samples: usize,
+    pub samples: usize,
     /// Entries that each coarser level remembers, at least 1.
-    pub(crate) entries: usize,
+    pub entries: usize,
     /// Levels above level 0, at most 12.
-    pub(crate) coarser: u32,
+    pub coarser: u32,
 }
 
 impl PyramidSize {
     /// 8.7 minutes of samples and 9.3 hours of entries at 1 kHz; 6.3 MB a channel.
-    pub(crate) const fn usual(channels: usize) -> Self {
+    pub const fn usual(channels: usize) -> Self {
         Self {
             channels,
             samples: 1 << 19,
@@ -41,7 +43,7 @@ impl PyramidSize {
 
 /// The levels. Samples have ticks 0, 1, 2, …
 #[derive(Clone, Debug)]
-pub(crate) struct Pyramid {
+pub struct Pyramid {
     levels: Vec<Level>,
     made: u64,
     begun: u64,
@@ -49,7 +51,7 @@ pub(crate) struct Pyramid {
 
 impl Pyramid {
     /// An empty one. Its memory is touched here, so that it does not grow later.
-    pub(crate) fn new(size: PyramidSize) -> Self {
+    pub fn new(size: PyramidSize) -> Self {
         let coarser = size.coarser.min(12);
         let level = |number: u32| {
             let entries = if number == 0 {
@@ -67,18 +69,18 @@ impl Pyramid {
     }
 
     /// Forgets all samples; the next has tick 0. What stands in the entries is seen no more: each is begun anew with its first sample.
-    pub(crate) const fn clear(&mut self) {
+    pub const fn clear(&mut self) {
         self.made = 0;
         self.begun += 1;
     }
 
     /// Number of restarts with an empty memory: ticks of equal number belong to equal samples only if this is equal too.
-    pub(crate) const fn begun(&self) -> u64 {
+    pub const fn begun(&self) -> u64 {
         self.begun
     }
 
     /// Takes a sample in. Channels that are missing are NaN, those too many are left out.
-    pub(crate) fn push(&mut self, sample: &[f32]) {
+    pub fn push(&mut self, sample: &[f32]) {
         for level in &mut self.levels {
             level.push(self.made, sample);
         }
@@ -86,12 +88,12 @@ impl Pyramid {
     }
 
     /// Samples so far, forgotten ones too.
-    pub(crate) const fn made(&self) -> u64 {
+    pub const fn made(&self) -> u64 {
         self.made
     }
 
     /// Samples of a channel from a tick on, as far as level 0 has them, put into `out`; the tick of the first of them.
-    pub(crate) fn samples_from(&self, tick: u64, channel: usize, out: &mut Vec<f32>) -> u64 {
+    pub fn samples_from(&self, tick: u64, channel: usize, out: &mut Vec<f32>) -> u64 {
         out.clear();
         let first = tick
             .max(self.levels[0].first_tick(self.made))
@@ -104,7 +106,7 @@ impl Pyramid {
     ///
     /// Of the levels that reach back as far as the span does, the coarsest is taken that gives at least [`ENTRIES_MOST`]`/`[`FACTOR`]
     /// entries a column, so a width is rounded up by a quarter at most; where none reaches so far, the one that reaches furthest.
-    pub(crate) fn columns(&self, span: Span) -> Columns {
+    pub fn columns(&self, span: ViewSpan) -> ViewColumns {
         let end = span.end.min(self.made);
         let start = span.start.min(end);
         let wanted = span.width();
@@ -124,14 +126,14 @@ impl Pyramid {
                 let width = wanted.div_ceil(level.ticks) * level.ticks;
                 level.columns(start.max(span.since.min(end))..end, width, self.made)
             }
-            None => Columns::empty(0, 1, 0, self.levels[0].channels),
+            None => ViewColumns::empty(0, 1, 0, self.levels[0].channels),
         }
     }
 }
 
 /// A span of ticks, and the number of columns wished for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Span {
+pub struct ViewSpan {
     start: u64,
     end: u64,
     columns: u64,
@@ -139,9 +141,9 @@ pub(crate) struct Span {
     since: u64,
 }
 
-impl Span {
+impl ViewSpan {
     /// Span from `start` on, before `end`, in `columns` columns or a few less; 0 counts as 1.
-    pub(crate) fn new(start: u64, end: u64, columns: u32) -> Self {
+    pub fn new(start: u64, end: u64, columns: u32) -> Self {
         Self {
             start,
             end: end.max(start),
@@ -151,7 +153,7 @@ impl Span {
     }
 
     /// Span with only those of the same columns from that of this tick on.
-    pub(crate) const fn since(self, tick: u64) -> Self {
+    pub const fn since(self, tick: u64) -> Self {
         Self {
             since: tick,
             ..self
@@ -166,17 +168,20 @@ impl Span {
 
 /// Least and largest of each channel, column by column.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Columns {
+pub struct ViewColumns {
     /// First tick of the first column, a multiple of the width.
-    pub(crate) first_tick: u64,
-    pub(crate) width: u64,
-    pub(crate) count: usize,
-    pub(crate) channels: usize,
+    pub first_tick: u64,
+    /// Ticks of a column.
+    pub width: u64,
+    /// The number of columns.
+    pub count: usize,
+    /// The number of channels.
+    pub channels: usize,
     /// Numbers of each channel: first all least, then all largest.
-    pub(crate) numbers: Vec<f32>,
+    pub numbers: Vec<f32>,
 }
 
-impl Columns {
+impl ViewColumns {
     /// `count` columns without a number.
     fn empty(first_tick: u64, width: u64, count: usize, channels: usize) -> Self {
         Self {
@@ -189,16 +194,17 @@ impl Columns {
     }
 
     /// The least of a channel in each column; NaN in an empty one.
-    pub(crate) fn least(&self, channel: usize) -> &[f32] {
+    pub fn least(&self, channel: usize) -> &[f32] {
         &self.numbers[2 * channel * self.count..][..self.count]
     }
 
-    pub(crate) fn largest(&self, channel: usize) -> &[f32] {
+    /// The largest numbers of a channel.
+    pub fn largest(&self, channel: usize) -> &[f32] {
         &self.numbers[(2 * channel + 1) * self.count..][..self.count]
     }
 
     /// These channels alone, in this order; one that there is not is left out.
-    pub(crate) fn chosen(&self, channels: &[usize]) -> Self {
+    pub fn chosen(&self, channels: &[usize]) -> Self {
         let known = channels.iter().filter(|&&channel| channel < self.channels);
         let numbers = known.clone().flat_map(|&channel| {
             let both = self.least(channel).iter().chain(self.largest(channel));
@@ -271,14 +277,14 @@ impl Level {
     }
 
     /// Columns of `width` ticks, a multiple of an entry's, that hold the ticks of the span which are remembered.
-    fn columns(&self, span: Range<u64>, width: u64, made: u64) -> Columns {
+    fn columns(&self, span: Range<u64>, width: u64, made: u64) -> ViewColumns {
         let start = span.start.max(self.first_tick(made));
         if start >= span.end {
-            return Columns::empty(0, 1, 0, self.channels);
+            return ViewColumns::empty(0, 1, 0, self.channels);
         }
         let (first, last) = (start / width, (span.end - 1) / width);
         let count = (last - first + 1) as usize;
-        let mut columns = Columns::empty(first * width, width, count, self.channels);
+        let mut columns = ViewColumns::empty(first * width, width, count, self.channels);
         let known = self.first_tick(made)..made;
         for column in 0..count {
             let begin = (first + column as u64) * width;

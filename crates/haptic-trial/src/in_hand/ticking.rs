@@ -1,12 +1,12 @@
 //! The loop of what is felt, whatever device and clock it has. It reads orders from a ring and puts what it did into another; nothing in it
 //! waits for anybody, allocates or frees.
 
+use super::fading::{Fading, Law};
+use super::law::Felt;
 use haptic_loop::{Controller, Environment as _, LoopSample};
 use haptic_message::EventMessage;
-use haptic_trial::in_hand::fading::{Fading, Law};
-use haptic_trial::in_hand::law::Felt;
 use nalgebra::Vector1;
-use rtrb::{Consumer, Producer, PushError};
+use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -20,7 +20,7 @@ const CATCH_UP: u64 = 64;
 pub type FadingFelt = Fading<Felt>;
 
 /// A controller of what is felt.
-pub(crate) type FeltController = Controller<f64, 1, FadingFelt>;
+pub type FeltController = Controller<f64, 1, FadingFelt>;
 
 /// A law to be felt.
 #[derive(Debug)]
@@ -109,7 +109,7 @@ pub struct Around {
 
 impl Around {
     /// Values of a device that somebody else holds.
-    pub(crate) const UNKNOWN: Self = Self {
+    pub const UNKNOWN: Self = Self {
         hand_m: f64::NAN,
         hand_force_n: 0.0,
         took_ns: 0,
@@ -148,14 +148,28 @@ pub struct LoopEnds {
     pub out: Producer<FromLoop>,
 }
 
+/// Orders that wait for the loop at most.
+const ORDERS: usize = 1024;
+/// Samples that wait for the keeper at most: 8 s.
+const SAMPLES: usize = 8192;
+
+/// Both rings of a loop: the end that gives orders, those of the loop, and that of its keeper.
+#[must_use]
+pub fn rings() -> (Producer<LoopOrder>, LoopEnds, Consumer<FromLoop>) {
+    let (ring, orders) = RingBuffer::new(ORDERS);
+    let (out, from_loop) = RingBuffer::new(SAMPLES);
+    (ring, LoopEnds { orders, out }, from_loop)
+}
+
 /// A law that is to begin, and the rest of its [order](LoopOrder::Begin).
 type Beginning = (Box<Stimulus>, f64, bool);
 
 /// The part of a loop that changes its law and reports its ticks.
 #[derive(Debug)]
-pub(crate) struct Looping {
+pub struct Looping {
     ends: LoopEnds,
-    pub(crate) counts: Arc<LoopCounts>,
+    /// Counts that others read.
+    pub counts: Arc<LoopCounts>,
     recent: Box<[f64]>,
     pending: Option<Box<Stimulus>>,
     beginning: Option<Beginning>,
@@ -168,11 +182,14 @@ pub(crate) struct Looping {
     /// The number of the law that is felt, and of the one in this tick.
     stimulus: (u64, u64),
     event: Option<EventMessage>,
-    pub(crate) stopping: bool,
+    /// The loop comes to rest, or is there.
+    pub stopping: bool,
 }
 
 impl Looping {
-    pub(crate) fn new(ends: LoopEnds, counts: Arc<LoopCounts>) -> Self {
+    /// The part of a loop with these ends.
+    #[must_use]
+    pub fn new(ends: LoopEnds, counts: Arc<LoopCounts>) -> Self {
         Self {
             ends,
             counts,
@@ -190,22 +207,22 @@ impl Looping {
     }
 
     /// True if nobody is left to give orders. Asked before the ring is: what was pushed until then is popped.
-    pub(crate) fn is_abandoned(&self) -> bool {
+    pub fn is_abandoned(&self) -> bool {
         self.ends.orders.is_abandoned()
     }
 
     /// True if besides all orders have been obeyed.
-    pub(crate) fn is_done(&self) -> bool {
+    pub fn is_done(&self) -> bool {
         self.is_abandoned() && self.ends.orders.is_empty() && self.event.is_none()
     }
 
     /// The number of the tick that comes next.
-    pub(crate) const fn next(&self) -> u64 {
+    pub const fn next(&self) -> u64 {
         self.next
     }
 
     /// The next order that is not of the law alone, if there is one. None is read while something that is spent, or an event, still waits.
-    pub(crate) fn order(&mut self) -> Option<LoopOrder> {
+    pub fn order(&mut self) -> Option<LoopOrder> {
         loop {
             self.hand_back();
             if self.spent.is_some() || self.event.is_some() {
@@ -238,13 +255,13 @@ impl Looping {
     }
 
     /// The event of this tick, s, if there is one.
-    pub(crate) fn event(&mut self, time_s: f64) -> Option<EventMessage> {
+    pub fn event(&mut self, time_s: f64) -> Option<EventMessage> {
         let event = self.event.take()?;
         Some(EventMessage { time_s, ..event })
     }
 
     /// Begins anew, if nothing has overtaken that; the law that was is spent.
-    pub(crate) fn arm(
+    pub fn arm(
         &mut self,
         controller: &mut FeltController,
         mut ready: Box<Stimulus>,
@@ -274,7 +291,7 @@ impl Looping {
     }
 
     /// Gives what is spent to somebody who frees it.
-    pub(crate) fn spend(&mut self, spent: Box<dyn Any + Send>) {
+    pub fn spend(&mut self, spent: Box<dyn Any + Send>) {
         self.hand_back();
         self.spent = Some(spent);
         self.hand_back();
@@ -291,7 +308,7 @@ impl Looping {
     }
 
     /// Remembers a tick, and changes the law for the next.
-    pub(crate) fn heard(&mut self, controller: &mut FeltController, sample: &LoopSample<f64, 1>) {
+    pub fn heard(&mut self, controller: &mut FeltController, sample: &LoopSample<f64, 1>) {
         let position_m = sample.reading.position_m[0];
         self.recent[(self.next % RECENT as u64) as usize] = position_m;
         self.next += 1;
@@ -304,7 +321,7 @@ impl Looping {
     }
 
     /// Reports the tick that was heard last.
-    pub(crate) fn report(
+    pub fn report(
         &mut self,
         controller: &FeltController,
         sample: &LoopSample<f64, 1>,

@@ -1,14 +1,13 @@
 //! A controller for a plant that was typed or dropped on the page: the answer of `control design`, and beside it a controller of
 //! one's own; a loop that is judged or run as it is.
 
-use crate::{TextFile, form};
+use crate::words::{TextFile, form};
 use control_tuning::design::{ControlDesign, Trial, TunedController};
 use fractional_control::run::samples_for;
 use fractional_control::{ControlError, ControllerSetup};
-use haptic_experiment::parameters::CONTROL_LOOP;
-use haptic_experiment::{Failure, lines};
+use haptic_document::{Failure, lines};
 use haptic_question::control_loop::run::Reference;
-use haptic_question::control_loop::{ControlLoop, FormParts, LoopForm, NamedPlant};
+use haptic_question::control_loop::{CONTROL_LOOP, ControlLoop, FormParts, LoopForm, NamedPlant};
 use haptic_question::controller::DesignForm;
 use haptic_question::controller::report::designed as designed_by;
 use haptic_question::words::{gains, in_short, margins, shape};
@@ -23,7 +22,7 @@ const POINTS: usize = 600;
 
 /// A plant, and keys for what is asked of its loop.
 #[derive(Clone, Debug, Deserialize)]
-pub(crate) struct ControlRequest {
+pub struct ControlRequest {
     /// A plant file, or the table of a measured response, in place of the notation.
     plant_file: Option<TextFile>,
     /// A controller file: of a design, to be compared; of a loop, in place of the notation.
@@ -54,13 +53,19 @@ impl ControlRequest {
     }
 
     /// The answer of `control analyze`.
-    pub(crate) fn analysed(&self) -> Result<Value, Failure> {
+    ///
+    /// # Errors
+    /// Keys or a file that are wrong; a loop that cannot be analysed.
+    pub fn analysed(&self) -> Result<Value, Failure> {
         let report = self.asked()?.analysed()?.report;
         Ok(json!({"lines": lines(&report), "report": report}))
     }
 
     /// The answer of `control simulate`, with its signals.
-    pub(crate) fn simulated(&self) -> Result<Value, Failure> {
+    ///
+    /// # Errors
+    /// Keys or a file that are wrong; a loop that cannot be run.
+    pub fn simulated(&self) -> Result<Value, Failure> {
         let reference = self.reference_file.as_ref().map(|TextFile { name, text }| {
             let read = Reference::read(&Reference::COLUMNS.map(str::to_owned), text.as_bytes());
             read.map_err(|error| Failure::bad_input(format_args!("{name}: {error}")))
@@ -104,7 +109,11 @@ fn compared_loop(
     Ok(seen(setup, &design.trial(setup).map_err(wrong)?))
 }
 
-pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
+/// The answer of `control design`, with the controller of a file beside it.
+///
+/// # Errors
+/// A plant, wish or file that is wrong; a design that fails.
+pub fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     let (_, of_plant) = CONTROL_LOOP[0];
     let keys = request.form.clone().into_iter();
     let (plant, wishes) = keys.partition(|(key, _)| of_plant.iter().any(|one| one.key == key));

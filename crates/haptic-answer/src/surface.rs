@@ -4,9 +4,9 @@
 //! K·x₀ + B·D^μ x = 0 for the depth x₀ that follows the history: there it pushes with nothing
 //! ```
 
-use crate::Number;
+use crate::words::Number;
 use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
-use haptic_experiment::Failure;
+use haptic_document::Failure;
 use serde::Deserialize;
 
 /// Memory of the picture, samples.
@@ -17,7 +17,7 @@ const DEPTHS: usize = 3000;
 /// Report of a page about the tissue that it draws.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct SurfaceRequest {
+pub struct SurfaceRequest {
     /// The law, of a tissue that is untouched; without it the last one continues.
     law: Option<SurfaceLaw>,
     depths_m: Vec<f64>,
@@ -34,12 +34,12 @@ struct SurfaceLaw {
 
 /// The tissue that a page draws.
 #[derive(Debug)]
-pub(crate) struct Surface {
+pub struct TissueSurface {
     channel: Channel<f64, Operator<f64>>,
     law: SurfaceLaw,
 }
 
-impl Surface {
+impl TissueSurface {
     fn untouched(law: SurfaceLaw) -> Result<Self, Failure> {
         let scheme: Scheme = "full".parse().map_err(Failure::input)?;
         let order = Order::new(law.order.0).map_err(Failure::input)?;
@@ -62,8 +62,11 @@ impl Surface {
 }
 
 /// The surface of a page's tissue after these depths, m.
-pub(crate) fn pushed(
-    surface: &mut Option<Surface>,
+///
+/// # Errors
+/// A law that is wrong, or missing; too many depths.
+pub fn pushed(
+    surface: &mut Option<TissueSurface>,
     request: SurfaceRequest,
 ) -> Result<f64, Failure> {
     if request.depths_m.len() > DEPTHS {
@@ -73,7 +76,7 @@ pub(crate) fn pushed(
         )));
     }
     if let Some(law) = request.law {
-        *surface = Some(Surface::untouched(law)?);
+        *surface = Some(TissueSurface::untouched(law)?);
     }
     let surface = surface
         .as_mut()

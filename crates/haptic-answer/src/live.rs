@@ -3,11 +3,10 @@
 //! A frame holds the columns that are new since the newest frame that the page has acknowledged. So a frame that the page never
 //! saw is made up for by the next, and a page far behind gets all that it has missed at once, at the width of the picture.
 
-use super::hub::Hub;
-use crate::feel::{Comparison, Kept};
-use crate::pyramid::{Columns, Span};
-use haptic_experiment::live::locked;
-use haptic_loop::Limiters;
+use crate::hello::COLUMNS_MOST;
+use crate::pyramid::{Pyramid, ViewColumns, ViewSpan};
+use crate::request::ViewRequest;
+use haptic_document::Failure;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -16,19 +15,22 @@ use std::sync::atomic::{AtomicU64, Ordering};
 const MAGIC: u32 = 0x3250_4846;
 const HEADER_BYTES: usize = 52;
 
-pub(super) const FRAMES_PER_S: u32 = 60;
+/// Frames of a live view in a second, at most.
+pub const FRAMES_PER_S: u32 = 60;
 
 /// Bytes on their way to a page, at which it gets no further frame until it has acknowledged some: 65 ms of a line of 0.5 MB/s.
 /// Buffers along the line would take megabytes, and the page would see what happened seconds ago.
 const ON_THE_WAY: usize = 32 << 10;
 
+/// A view of the newest of the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LiveView {
+pub struct LiveView {
     /// The number of its request, which its frames carry.
-    pub(super) request: u32,
+    pub request: u32,
     /// Length of the picture, s.
-    pub(super) last_s: f64,
-    pub(super) columns: u32,
+    pub last_s: f64,
+    /// Columns of the picture, about.
+    pub columns: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +47,7 @@ struct SentFrame {
 
 /// The live view of a page, if it has one.
 #[derive(Debug, Default)]
-pub(super) struct Live {
+pub struct LivePicture {
     view: Option<LiveView>,
     newest: Option<SentFrame>,
     /// The newest frame that the page has acknowledged.
@@ -60,11 +62,11 @@ pub(super) struct Live {
 
 /// The newest frame that a page says it has, with the number of its request in the upper half: from the task that reads.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Acknowledged(Arc<AtomicU64>);
+pub struct Acknowledged(Arc<AtomicU64>);
 
 impl Acknowledged {
     /// Takes the bytes of an acknowledgement; false if their number is wrong.
-    pub(super) fn take(&self, bytes: &[u8]) -> bool {
+    pub fn take(&self, bytes: &[u8]) -> bool {
         // The request comes first, so it is in the lower half.
         let numbers = bytes
             .try_into()
@@ -74,8 +76,9 @@ impl Acknowledged {
     }
 }
 
-impl Live {
-    pub(super) fn new(acknowledged: Acknowledged) -> Self {
+impl LivePicture {
+    /// No view yet.
+    pub fn new(acknowledged: Acknowledged) -> Self {
         Self {
             acknowledged,
             ..Self::default()
@@ -83,14 +86,15 @@ impl Live {
     }
 
     /// Begins another view with a whole picture, or ends this one.
-    pub(super) fn show(&mut self, view: Option<LiveView>) {
+    pub fn show(&mut self, view: Option<LiveView>) {
         *self = Self {
             view,
             ..Self::new(self.acknowledged.clone())
         };
     }
 
-    pub(super) const fn is_on(&self) -> bool {
+    /// True with a view.
+    pub const fn is_on(&self) -> bool {
         self.view.is_some()
     }
 
@@ -107,7 +111,7 @@ impl Live {
     }
 
     /// The next frame; `None` as long as nothing is new, or too much is on its way.
-    pub(super) fn next_frame(&mut self, kept: &Kept) -> Option<Vec<u8>> {
+    pub fn next_frame(&mut self, pyramid: &Pyramid, sample_time_s: f64) -> Option<Vec<u8>> {
         let view = self.view?;
         self.hear(view);
         if self
@@ -119,9 +123,7 @@ impl Live {
         {
             return None;
         }
-        let sample_time_s = locked(&kept.state).sample_time_s;
         let last = (view.last_s / sample_time_s - 1e-9).ceil().min(1e15) as u64;
-        let pyramid = locked(&kept.pyramid);
         let (made, begun) = (pyramid.made(), pyramid.begun());
         let of_this_loop = |frame: &SentFrame| frame.begun == begun;
         let until = self.newest.filter(of_this_loop).map(|frame| frame.end);
@@ -130,7 +132,7 @@ impl Live {
         }
         let start = made.saturating_sub(last);
         // As wide in the first second of a loop as later, so that increments fit.
-        let span = Span::new(start, start + last, view.columns);
+        let span = ViewSpan::new(start, start + last, view.columns);
         let increment = self.seen.filter(of_this_loop).and_then(|seen| {
             let columns = pyramid.columns(span.since(seen.end));
             (columns.width == seen.width).then_some(columns)
@@ -142,7 +144,6 @@ impl Live {
         if is_whole && self.on_the_way.iter().any(goes_on) {
             return None;
         }
-        drop(pyramid);
         let picture = if is_whole {
             columns.first_tick
         } else {
@@ -166,7 +167,7 @@ impl Live {
     }
 
     /// Time by which the page is known to be behind the loop, s.
-    fn late_s(&mut self, kept: &Kept) -> f64 {
+    fn late_s(&mut self, pyramid: &Pyramid, sample_time_s: f64) -> f64 {
         if let Some(view) = self.view {
             self.hear(view);
         }
@@ -174,14 +175,20 @@ impl Live {
             return 0.0;
         };
         let seen = self.seen.filter(|seen| seen.begun == waiting.begun);
-        let made = locked(&kept.pyramid).made();
-        let behind = made.saturating_sub(seen.unwrap_or(*waiting).end);
-        behind as f64 * locked(&kept.state).sample_time_s
+        let behind = pyramid.made().saturating_sub(seen.unwrap_or(*waiting).end);
+        behind as f64 * sample_time_s
+    }
+
+    /// Adds to a status what was sent, and how late it is.
+    pub fn add_to(&mut self, status: &mut Value, pyramid: &Pyramid, sample_time_s: f64) {
+        status["samples_sent"] = json!(self.sent);
+        status["samples_missed"] = json!(self.missed);
+        status["picture_late_s"] = json!(self.late_s(pyramid, sample_time_s));
     }
 }
 
 /// The frame that answers the request of this number, once.
-pub(super) fn frame(request: u32, columns: &Columns, sample_time_s: f64) -> Vec<u8> {
+pub fn frame(request: u32, columns: &ViewColumns, sample_time_s: f64) -> Vec<u8> {
     framed(request, 0, columns.first_tick, columns, sample_time_s)
 }
 
@@ -190,7 +197,7 @@ fn framed(
     request: u32,
     number: u32,
     picture: u64,
-    columns: &Columns,
+    columns: &ViewColumns,
     sample_time_s: f64,
 ) -> Vec<u8> {
     let numbers = &columns.numbers;
@@ -211,47 +218,96 @@ fn framed(
     bytes
 }
 
-pub(super) fn status(hub: &Hub, page: u64, live: &mut Live) -> Value {
-    let mut status = json!({
-        "running": false,
-        "armed": false,
-        "paused": false,
-        "stopped": false,
-    });
-    if let Some(feel) = hub.feel() {
-        let state = locked(&hub.place.kept.state).clone();
-        let (made, lost) = feel.counts();
-        let kept = locked(&hub.place.kept.pyramid).made();
-        let limiters = (0..8).filter(|bit| state.limiter & (1 << bit) != 0);
-        let limiters: Vec<&str> = limiters.map(|bit| Limiters::NAMES[bit]).collect();
-        status = json!(state);
-        status["running"] = true.into();
-        status["lost"] = lost.into();
-        status["limiters"] = json!(limiters);
-        status["fault"] = json!(state.fault.map(|fault| fault.to_string()));
-        status["armed"] = (!state.stopping && state.fault.is_none()).into();
-        status["paused"] = feel.is_paused().into();
-        let comparison = locked(&hub.place.kept.comparison);
-        status["compare"] = json!(comparison.as_ref().map(Comparison::status));
-        status["samples_made"] = made.into();
-        status["samples_kept"] = kept.saturating_sub(lost).into();
+/// The answer to a view of the loop: one frame, or those that follow.
+#[derive(Debug)]
+pub enum ShownLoop {
+    /// One frame.
+    Frame(Vec<u8>),
+    /// The live view.
+    Live(LiveView),
+}
+
+impl ViewRequest {
+    /// The number of a view, which its frames carry.
+    ///
+    /// # Errors
+    /// Another `id`; a wrong number of columns.
+    pub fn number(&self, id: &Value) -> Result<u32, Failure> {
+        // Its frames carry the number in four bytes.
+        let Some(number) = id.as_u64().and_then(|id| u32::try_from(id).ok()) else {
+            return Err(Failure::bad_input(format_args!(
+                "the `id` {id} of a view is not a whole number below 2^32: its frames carry it"
+            )));
+        };
+        if !(1..=COLUMNS_MOST).contains(&self.columns) {
+            return Err(Failure::bad_input(format_args!(
+                "`columns` = {} is not in [1, {COLUMNS_MOST}]: ask for as many as there are pixels",
+                self.columns
+            )));
+        }
+        Ok(number)
     }
-    status["watching"] = json!(hub.watching());
-    status["controls"] = json!(hub.has_controls(page));
-    status["samples_sent"] = json!(live.sent);
-    status["samples_missed"] = json!(live.missed);
-    status["picture_late_s"] = json!(live.late_s(&hub.place.kept));
-    json!({"status": status})
+
+    /// Its span among so many samples.
+    ///
+    /// # Errors
+    /// Times that are no numbers, or in the wrong order.
+    pub fn span(&self, made: u64, sample_time_s: f64) -> Result<ViewSpan, Failure> {
+        let tick = |time_s: Option<f64>, otherwise: u64| match time_s {
+            None => Ok(otherwise),
+            Some(time_s) if time_s.is_finite() => {
+                Ok((time_s / sample_time_s).round().max(0.0) as u64)
+            }
+            Some(_) => Err(Failure::bad_input("`from_s` and `to_s` have to be numbers")),
+        };
+        let (from, to) = (tick(self.from_s, 0)?, tick(self.to_s, made)?);
+        if from >= to {
+            return Err(Failure::bad_input("`from_s` has to be before `to_s`"));
+        }
+        Ok(ViewSpan::new(from, to, self.columns))
+    }
+
+    /// A view of the loop.
+    ///
+    /// # Errors
+    /// Channels, which it has all; times in the wrong order.
+    pub fn of_loop(&self, request: u32, pyramid: &Pyramid, t: f64) -> Result<ShownLoop, Failure> {
+        if self.channels.is_some() {
+            return Err(Failure::bad_input(
+                "a live view has all channels: omit `channels`",
+            ));
+        }
+        Ok(match self.last_s {
+            None => {
+                let columns = pyramid.columns(self.span(pyramid.made(), t)?);
+                ShownLoop::Frame(frame(request, &columns, t))
+            }
+            Some(last_s)
+                if last_s > 0.0
+                    && last_s.is_finite()
+                    && self.from_s.is_none()
+                    && self.to_s.is_none() =>
+            {
+                ShownLoop::Live(LiveView {
+                    request,
+                    last_s,
+                    columns: self.columns,
+                })
+            }
+            Some(_) => {
+                return Err(Failure::bad_input(
+                    "`last_s` has to be a number above 0, without `from_s` and `to_s`",
+                ));
+            }
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feel::FeelState;
-    use crate::pyramid::{Pyramid, PyramidSize};
-    use fracdiff::Seconds;
+    use crate::pyramid::PyramidSize;
     use proptest::prelude::*;
-    use std::sync::Mutex;
 
     const VIEW: LiveView = LiveView {
         request: 7,
@@ -259,22 +315,20 @@ mod tests {
         columns: 600,
     };
 
-    fn kept() -> Kept {
-        Kept {
-            pyramid: Mutex::new(Pyramid::new(PyramidSize {
-                channels: 7,
-                samples: 1 << 16,
-                entries: 1 << 14,
-                coarser: 2,
-            })),
-            state: Mutex::new(FeelState::of(Seconds(1e-3))),
-            comparison: Mutex::default(),
-        }
+    const T: f64 = 1e-3;
+
+    fn pyramid() -> Pyramid {
+        Pyramid::new(PyramidSize {
+            channels: 7,
+            samples: 1 << 16,
+            entries: 1 << 14,
+            coarser: 2,
+        })
     }
 
-    fn live(view: LiveView) -> (Live, Acknowledged) {
+    fn live(view: LiveView) -> (LivePicture, Acknowledged) {
         let acknowledged = Acknowledged::default();
-        let mut live = Live::new(acknowledged.clone());
+        let mut live = LivePicture::new(acknowledged.clone());
         live.show(Some(view));
         (live, acknowledged)
     }
@@ -289,19 +343,19 @@ mod tests {
     /// The bytes that a minute of a live view sends in a second, and by how much the picture lags at most, ms: over a line of so
     /// many bytes a millisecond, 20 ms long each way, whose buffers take 4 MiB. It looks at no clock.
     fn over_a_line(view: LiveView, bytes_per_ms: f64) -> (usize, u64, f64) {
-        let (kept, (mut live, acknowledged)) = (kept(), live(view));
+        let (mut pyramid, (mut live, acknowledged)) = (pyramid(), live(view));
         let (mut sent, mut lag, mut late_s) = (0, 0, 0.0_f64);
         // The page comes when the loop has gone on for longer than it shows.
-        (0..40_000).for_each(|_| locked(&kept.pyramid).push(&[0.5; 7]));
+        (0..40_000).for_each(|_| pyramid.push(&[0.5; 7]));
         let (mut free_ms, mut seen) = (0.0_f64, 0);
         let mut line: VecDeque<(u64, u64, [u8; 8])> = VecDeque::new();
         let mut back = line.clone();
         for now in 0..60_000_u64 {
-            locked(&kept.pyramid).push(&[now as f32; 7]);
+            pyramid.push(&[now as f32; 7]);
             let fits = (free_ms - now as f64) * bytes_per_ms < f64::from(4 << 20);
             if now % 17 == 0
                 && fits
-                && let Some(frame) = live.next_frame(&kept)
+                && let Some(frame) = live.next_frame(&pyramid, T)
             {
                 sent += frame.len();
                 free_ms = free_ms.max(now as f64) + frame.len() as f64 / bytes_per_ms;
@@ -317,7 +371,7 @@ mod tests {
                 back.pop_front();
             }
             lag = lag.max(now + 1 - seen);
-            late_s = late_s.max(live.late_s(&kept));
+            late_s = late_s.max(live.late_s(&pyramid, T));
         }
         (sent / 60, lag, late_s)
     }
@@ -352,11 +406,11 @@ mod tests {
 
     #[test]
     fn a_page_that_acknowledges_nothing_gets_no_more_than_may_be_on_the_way() {
-        let (kept, (mut live, acknowledged)) = (kept(), live(VIEW));
+        let (mut pyramid, (mut live, acknowledged)) = (pyramid(), live(VIEW));
         let mut frames_of = |ticks: u64| -> Vec<Vec<u8>> {
             let next = |_| {
-                locked(&kept.pyramid).push(&[1.0; 7]);
-                live.next_frame(&kept)
+                pyramid.push(&[1.0; 7]);
+                live.next_frame(&pyramid, T)
             };
             (0..ticks).filter_map(next).collect()
         };
@@ -400,19 +454,17 @@ mod tests {
         ) {
             let last_s = last as f64 * 1e-3;
             let view = LiveView { last_s, columns, ..VIEW };
-            let (kept, (mut live, acknowledged)) = (kept(), live(view));
+            let (mut pyramid, (mut live, acknowledged)) = (pyramid(), live(view));
             let (mut line, mut seen) = (VecDeque::new(), Picture::new());
             for (ticks, arrive, anew) in steps {
-                let mut pyramid = locked(&kept.pyramid);
-                if anew == 0 {
+                                if anew == 0 {
                     pyramid.clear();
                 }
                 (0..ticks).for_each(|tick| pyramid.push(&[(tick * 37 % 101) as f32; 7]));
                 let start = pyramid.made().saturating_sub(last);
-                let whole = pyramid.columns(Span::new(start, start + last, columns));
-                drop(pyramid);
+                let whole = pyramid.columns(ViewSpan::new(start, start + last, columns));
                 let whole = picture(whole.first_tick, whole.width, whole.count, &whole.numbers);
-                line.extend(live.next_frame(&kept).map(|frame| (frame, whole)));
+                line.extend(live.next_frame(&pyramid, T).map(|frame| (frame, whole)));
                 for (frame, whole) in line.drain(..arrive.min(line.len())) {
                     let tick = |at: usize| f64::from_le_bytes(frame[at..at + 8].try_into().expect("8")) as u64;
                     let count = u32::from_le_bytes(frame[12..16].try_into().expect("4")) as usize;
@@ -433,15 +485,13 @@ mod tests {
             last_s: 0.05,
             ..VIEW
         };
-        let (kept, (mut live, acknowledged)) = (kept(), live(view));
+        let (mut pyramid, (mut live, acknowledged)) = (pyramid(), live(view));
         let mut shown = |anew: bool, ticks: u64| {
-            let mut pyramid = locked(&kept.pyramid);
             if anew {
                 pyramid.clear();
             }
             (0..ticks).for_each(|_| pyramid.push(&[0.0; 7]));
-            drop(pyramid);
-            let frame = live.next_frame(&kept).expect("new");
+            let frame = live.next_frame(&pyramid, T).expect("new");
             assert!(acknowledged.take(&number_of(&frame)));
             (live.sent, live.missed)
         };
@@ -464,7 +514,7 @@ mod tests {
         for sample in [[1.0, f32::NAN], [-2.0, 5.0], [0.5, f32::NAN]] {
             pyramid.push(&sample);
         }
-        let bytes = frame(7, &pyramid.columns(Span::new(0, 4, 2)), 1e-3);
+        let bytes = frame(7, &pyramid.columns(ViewSpan::new(0, 4, 2)), 1e-3);
         let mut want = vec![0x46, 0x48, 0x50, 0x32, 7, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0];
         for number in [0.0, 2.0, 1e-3_f64, 0.0] {
             want.extend(number.to_le_bytes());

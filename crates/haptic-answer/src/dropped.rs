@@ -1,0 +1,45 @@
+//! TOML files that fall on the page: a plant, a controller or a tissue.
+
+use crate::words::TextFile;
+use haptic_document::Failure;
+use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use haptic_tissue::Material;
+use haptic_trial::{ControllerFile, PlantModel};
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Kind of a TOML file; `None` of one that is neither a plant nor a controller nor a tissue.
+///
+/// # Errors
+/// A file that is not TOML; a tissue that is wrong.
+pub fn looked_at(file: &TextFile) -> Result<Option<Value>, Failure> {
+    let path = Path::new(&file.name);
+    let table: toml::Table = toml::from_str(&file.text).map_err(|error| {
+        let why = error.message();
+        Failure::bad_input(format_args!("{}: not TOML: {why}", file.name))
+    })?;
+    // A function is a plant unless a loop is beside it.
+    let is_law = |name: &str| PlantModel::tables().all(|plant| plant != name);
+    let mut laws = ControllerFile::laws().filter(|name| is_law(name));
+    if table.contains_key("loop") || laws.any(|name| table.contains_key(name)) {
+        return Ok(Some(json!({"is": "controller"})));
+    }
+    if PlantModel::tables().any(|name| table.contains_key(name)) {
+        return Ok(Some(json!({"is": "plant"})));
+    }
+    if table.contains_key("parameters") {
+        let tissue = Material::parse(path, &file.text).map_err(Failure::input)?;
+        return Ok(Some(json!({"is": "tissue", "name": tissue.name})));
+    }
+    Ok(None)
+}
+
+/// Refuses a tissue that cannot be felt, before it joins the library.
+///
+/// # Errors
+/// A tissue without a model that is felt.
+pub fn can_be_felt(tissue: &Material) -> Result<(), Failure> {
+    let felt = ModelledTissue::new(tissue.clone())?;
+    TissuePiece::usual(felt).map_err(Failure::input)?;
+    Ok(())
+}

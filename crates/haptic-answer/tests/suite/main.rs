@@ -1,0 +1,3 @@
+//! The page's server without a machine.
+
+mod alone;
