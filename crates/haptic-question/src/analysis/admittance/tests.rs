@@ -146,19 +146,22 @@ fn the_order_buys_effort_against_a_mass_and_damper_and_quiet_against_a_lagged_ma
             1e-3 * dead
         );
         let around = device(&keys).expect("a device").around;
-        let found = candidates(&around, 1.0, &|_| {}, &AtomicBool::new(false)).expect("bodies");
+        let found = candidates(&around, 1.2, &|_| {}, &AtomicBool::new(false)).expect("bodies");
         let best = |is_kind: &dyn Fn(f64, Option<f64>) -> bool| {
             let of_kind = found.iter().map(|(_, point)| point);
-            let of_kind = of_kind.filter(|point| is_kind(point.body_order, point.body_lag_s));
+            let settled = of_kind.filter(|point| point.settled == Some(true));
+            let of_kind = settled.filter(|point| is_kind(point.body_order, point.body_lag_s));
             of_kind
                 .min_by(|a, b| a.effort_n_s_per_m.total_cmp(&b.effort_n_s_per_m))
                 .copied()
         };
         let is_mass = |order: f64| (order - 1.0).abs() < 1e-9;
         let plain = best(&|order, lag| is_mass(order) && lag.is_none());
-        let fractional = best(&|order, lag| !is_mass(order) && lag.is_none());
+        let fractional = best(&|order, lag| order < 0.95 && lag.is_none());
+        let above = best(&|order, lag| order > 1.05 && lag.is_none());
         let lagged = best(&|_, lag| lag.is_some());
-        println!("{robot:?}: {plain:?} {fractional:?} {lagged:?}");
+        let words = |point: Option<crate::analysis::answer::BodyPoint>| point.map(|p| (p.body_order, p.effort_n_s_per_m, p.command_noise));
+        println!("{robot:?}: {:?} {:?} {:?} {:?}", words(plain), words(fractional), words(above), words(lagged));
     }
 }
 
