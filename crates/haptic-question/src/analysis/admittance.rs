@@ -350,7 +350,7 @@ impl Judged<'_> {
                 damping,
                 ..self.body.clone()
             };
-            Ok((damping, stable_inertances(self.around, &body, &[0.0, 1.0])?))
+            Ok((damping, stable_inertances(self.around, &body)?))
         });
         Ok(StableBodies {
             order: self.body.operator.order().get(),

@@ -162,7 +162,7 @@ pub struct StableHands {
     pub spring_n_per_m: Option<f64>,
 }
 
-/// The inertances of a body that are stable in each corner of the hands, in free space and in the world, over its damping.
+/// The inertances of a body that are stable in each corner of the hands and at six worlds from free space on, over its damping.
 #[derive(Clone, Debug)]
 pub struct StableBodies {
     /// α of the body.

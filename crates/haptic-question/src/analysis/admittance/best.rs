@@ -235,7 +235,7 @@ fn best_of(
 /// The least inertance of this body that is proved. Those that are stable with a corner of the hands and a few worlds are intervals, often not up to
 /// the heaviest: a spring that acts late drives a heavy body. The proof for all hands and worlds begins at their common ones.
 fn least_inertance(around: &Around, body: &BodyValues) -> Result<Option<f64>, Failure> {
-    let common = stable_inertances(around, body, &WORLDS)?;
+    let common = stable_inertances(around, body)?;
     let holds = |inertance: f64| {
         let body = BodyValues {
             inertance,
@@ -266,15 +266,14 @@ fn least_inertance(around: &Around, body: &BodyValues) -> Result<Option<f64>, Fa
     Ok(None)
 }
 
-/// Inertances of this body that are stable in each corner of the hands and at these shares of the world.
+/// Inertances of this body that are stable in each corner of the hands and at six shares of the world.
 pub(super) fn stable_inertances(
     around: &Around,
     body: &BodyValues,
-    shares: &[f64],
 ) -> Result<Vec<[f64; 2]>, Failure> {
     let most = [INERTANCE_LEAST, INERTANCE_MOST];
     let mut common = vec![most];
-    for &share in shares {
+    for share in WORLDS {
         let world = around.world().map(|world| AdmittanceWorld {
             stiffness_n_per_m: share * world.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: share * world.dissipation_n_s_mu_per_m,
