@@ -2,14 +2,17 @@
 
 use crate::description::{Description, DescriptionError};
 use crate::line::LineSide;
+use crate::motion::Motion;
 use crate::pace::Pace;
 use crate::status::Handle;
-use crate::ticking::{Ticking, Ticks};
+use crate::ticking::{Heard, Ticking, Ticks};
 use haptic_document::FileError;
-use haptic_link::{Reason, Refusal, Status, Trouble};
+use haptic_link::{Capabilities, DeviceReport, Reason, Refusal, SerialNumber, Status, Trouble};
 use haptic_loop::Fault;
 use haptic_loop::realtime::{SystemWaiter, Waiter};
 use haptic_remote::serial::{SerialError, TcpListening};
+use haptic_trial::robot::RobotModel;
+use rtrb::{Consumer, Producer};
 use std::io::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -169,32 +172,12 @@ impl Bridge {
         let handle = Handle::default();
         let (line, ends) = LineSide::new(handle.clone(), description.sample_time_us.into());
         let shared = handle.clone();
-        let ticks: Box<dyn Ticks> = match capabilities.axes {
-            1 => Box::new(Ticking::<1>::new(
-                description,
-                capabilities,
-                number,
-                ends,
-                shared,
-                robot.as_ref(),
-            )?),
-            2 => Box::new(Ticking::<2>::new(
-                description,
-                capabilities,
-                number,
-                ends,
-                shared,
-                robot.as_ref(),
-            )?),
-            _ => Box::new(Ticking::<3>::new(
-                description,
-                capabilities,
-                number,
-                ends,
-                shared,
-                robot.as_ref(),
-            )?),
-        };
+        let given = (description, robot.as_ref());
+        let ticks = match capabilities.axes {
+            1 => ticking::<1>(given, capabilities, number, ends, shared),
+            2 => ticking::<2>(given, capabilities, number, ends, shared),
+            _ => ticking::<3>(given, capabilities, number, ends, shared),
+        }?;
         let ticker = BridgeTicker {
             ticks,
             handle,
@@ -214,6 +197,20 @@ impl Bridge {
     pub const fn port(&self) -> u16 {
         self.serving.port
     }
+}
+
+/// The part that ticks, with so many axes.
+fn ticking<const D: usize>(
+    (description, robot): (&Description, Option<&RobotModel>),
+    capabilities: Capabilities,
+    number: SerialNumber,
+    ends: (Consumer<Heard>, Producer<DeviceReport>),
+    handle: Handle,
+) -> Result<Box<dyn Ticks>, BridgeError> {
+    let motion = robot.map(|robot| Motion::<D>::new(description, robot).map(Box::new));
+    let motion = motion.transpose().map_err(BridgeError::Robot)?;
+    let ticking = Ticking::new(description, capabilities, number, ends, handle, motion)?;
+    Ok(Box::new(ticking))
 }
 
 /// The thread of the line.

@@ -29,7 +29,7 @@ pub(crate) struct Motion<const D: usize> {
     period_us: u32,
 }
 
-/// What the program has handed over, and what it is handed.
+/// Readings that the program has handed over, and the command for it.
 #[derive(Debug)]
 struct Port<const D: usize> {
     reading: MotionReading<f32, D>,

@@ -7,7 +7,6 @@
 //! *Cost*: that of [`TickSide::tick`], some 30 comparisons and stores, and at most [`REQUESTS_MOST`] requests and
 //! [`REPORTS_MOST`] reports. No allocation, no lock, no system call.
 
-use crate::bridge::BridgeError;
 use crate::clock::{Call, ProgramClock};
 use crate::description::{Description, PERIODS_US};
 use crate::meter::Meter;
@@ -15,11 +14,10 @@ use crate::motion::Motion;
 use crate::program::Program;
 use crate::status::Handle;
 use haptic_link::{
-    Capabilities, DeviceReport, Header, Reason, Request, SerialNumber, State, Trouble,
+    Capabilities, DeviceReport, Header, Reason, Refusal, Request, SerialNumber, State, Trouble,
 };
 use haptic_loop::Fault;
 use haptic_remote::{DeviceSession, TickSide};
-use haptic_trial::robot::RobotModel;
 use rtrb::{Consumer, Producer};
 use std::cell::RefCell;
 
@@ -77,10 +75,8 @@ impl<const D: usize> Ticking<D> {
         serial_number: SerialNumber,
         ends: (Consumer<Heard>, Producer<DeviceReport>),
         handle: Handle,
-        robot: Option<&RobotModel>,
-    ) -> Result<Self, BridgeError> {
-        let motion = robot.map(|robot| Motion::new(description, robot).map(Box::new));
-        let motion = motion.transpose().map_err(BridgeError::Robot)?;
+        motion: Option<Box<Motion<D>>>,
+    ) -> Result<Self, Refusal> {
         let program = Program::new(description, capabilities, serial_number, motion);
         let device = TickSide::new(program)?;
         let silence_most_us = match description.watchdog_ms {

@@ -143,11 +143,11 @@ pub struct Capabilities {
     /// not report it.
     #[serde(with = "postcard::fixint::le")]
     pub image_digest: u32,
-    /// What it is and does without a further order. The field has the name of its first bit, which firmware from before the second knows.
+    /// Conduct without a further order. The field has the name of its first bit, which firmware from before the second knows.
     pub lets_go_alone: Conduct,
 }
 
-/// What a device is and does without a further order: one byte on the wire, a bit each, so that firmware which only lets go alone says
+/// Conduct of a device without a further order: one byte on the wire, a bit each, so that firmware which only lets go alone says
 /// the same as ever, and a host that does not know of motion takes a device that moves for damaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Conduct {

@@ -9,7 +9,7 @@
 //! body_damping_n_s_per_m = 20
 //! ```
 //! One reading serves the analysis, the simulated robot and whatever renders on a real one. Without bandwidth and dead time there is no verdict
-//! on a robot, so there is none without these keys.
+//! on a robot, so that these keys are required.
 
 use crate::advice::{analysed, parameter};
 use crate::keys::admittance::{

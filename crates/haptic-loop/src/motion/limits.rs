@@ -96,7 +96,7 @@ impl<const D: usize> MotionLimits<D> {
         }
     }
 
-    /// The same limits with these ends, on as many axes.
+    /// These limits with other ends, on as many axes as those have.
     #[must_use]
     pub const fn between<const E: usize>(
         self,

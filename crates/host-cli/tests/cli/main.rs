@@ -18,6 +18,7 @@ mod press;
 mod process;
 mod public;
 mod realtime;
+mod robots;
 mod scenes;
 #[cfg(feature = "serve")]
 mod serve;

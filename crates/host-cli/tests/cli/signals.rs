@@ -4,7 +4,7 @@
 
 use crate::devices::Emulator;
 use crate::process::{Ended, Place, column, number, signal, until};
-use haptic_bridge::{Bridge, Description};
+use haptic_bridge::{Bridge, Description, Takes};
 use haptic_devices::haply::TORQUES_BYTES;
 use haptic_link::{DeviceReport, Direction, Receiver, Sample};
 use haptic_loop::Limiters;
@@ -283,6 +283,7 @@ fn bridged(ended: Arc<AtomicBool>) -> u16 {
         workspace_high_m: [0.1; 3],
         watchdog_ms: 0,
         serial_number: String::new(),
+        takes: Takes::Force,
     };
     let bridge = Bridge::open(&description, "127.0.0.1:0").expect("a device");
     let port = bridge.port();
