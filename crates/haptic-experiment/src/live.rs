@@ -28,7 +28,7 @@ pub use haptic_trial::in_hand::place::Placed;
 pub use keeper::{Keeper, Watch};
 pub use orders::{Orders, locked};
 pub use recording::{Finished, Recording};
-pub use session::{Session, SessionOptions, SessionReport};
+pub use session::{FeltWall, Session, SessionOptions, SessionReport};
 pub use ticking::{
     Around, FadingFelt, FromLoop, HandPath, LoopCounts, LoopEnds, LoopOrder, Stimulus, Ticked,
 };

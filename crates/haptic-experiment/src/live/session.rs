@@ -24,7 +24,7 @@ use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
 use haptic_document::{Document, Failure, IN_LOG, Named as _};
-use haptic_judge::felt::{FeltSummary, Tally};
+use haptic_judge::felt::{Certificate, Certifying, FeltSummary, Tally};
 use haptic_judge::trial::no_wall;
 use haptic_link::LoopMode;
 use haptic_loop::plant::MassDamperConfig;
@@ -74,6 +74,8 @@ const CHUNK: u64 = 2048;
 const REST_CHUNK: u64 = 20;
 /// The mark that answers what was felt.
 const ANSWER: &str = "answer";
+/// Event at the end of a wall.
+const CERTIFICATE: &str = "certificate";
 const NOT_ALLOWED: &str = "this wall is not among those that were allowed: allow it first";
 /// Push of an emulated device's hand if nobody asks for one, N: next to none.
 const NO_PUSH_N: f64 = 1e-6;
@@ -168,6 +170,21 @@ struct Course {
     surface_m: f64,
     /// A wall was felt since the last answer.
     may_answer: bool,
+    /// The newest wall whose certificate is in the log.
+    certified: u64,
+    /// Walls whose force the energy of a touch reduced.
+    reduced: u64,
+}
+
+/// A wall as it was felt, and as it was asked for.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FeltWall {
+    /// What was done and felt.
+    #[serde(flatten)]
+    pub felt: FeltSummary,
+    /// How much of that was the wall that was asked for.
+    #[serde(flatten)]
+    pub certificate: Certificate,
 }
 
 /// An open session. Dropped, it is closed.
@@ -648,6 +665,7 @@ impl Session {
         let mut course = locked(&self.course);
         let allowed = course.allowed.get(wall).cloned();
         let allowed = allowed.ok_or_else(|| Failure::bad_input(NOT_ALLOWED))?;
+        self.certify(&mut course)?;
         let number = course.number + 1;
         let event = event(
             "feel",
@@ -657,6 +675,7 @@ impl Session {
         let order = {
             let mut kept = locked(&self.shared.kept);
             kept.tally = Tally::of(number, surface_m, ticks, self.t);
+            kept.certifying = Certifying::default();
             let stimulus = |law| {
                 Box::new(Stimulus {
                     law,
@@ -718,8 +737,39 @@ impl Session {
 
     /// Numbers of what was felt of the newest wall so far.
     #[must_use]
-    pub fn felt(&self) -> FeltSummary {
-        locked(&self.shared.kept).tally.summary()
+    pub fn felt(&self) -> FeltWall {
+        let kept = locked(&self.shared.kept);
+        FeltWall {
+            felt: kept.tally.summary(),
+            certificate: kept.certifying.certificate(),
+        }
+    }
+
+    /// Puts the certificate of the wall that ends into the log.
+    fn certify(&self, course: &mut Course) -> Result<(), Failure> {
+        if course.certified == course.number {
+            return Ok(());
+        }
+        course.certified = course.number;
+        let Certificate {
+            exact_share,
+            fade_ticks,
+            energy_ticks,
+            limit_ticks,
+            least_factor,
+            largest_step_n,
+        } = self.felt().certificate;
+        course.reduced += u64::from(energy_ticks > 0);
+        let exact = exact_share.map_or_else(
+            || "no force".to_owned(),
+            |share| format!("exact {:.2} %", (1e4 * share).floor() / 100.0),
+        );
+        let text = format!(
+            "{exact}; ticks reduced by fade {fade_ticks}, by energy {energy_ticks} (least factor {least_factor:.3}), by limits \
+             {limit_ticks}; largest step {}",
+            written("largest_step_n", largest_step_n)
+        );
+        self.orders.give(LoopOrder::Event(event(CERTIFICATE, text)))
     }
 
     /// Waits until the handle has left the wall, which then goes; false if that takes longer than the patience, s. The wall goes then as
@@ -760,6 +810,7 @@ impl Session {
         if felt == 0 {
             return Ok(true);
         }
+        self.certify(&mut locked(&self.course))?;
         let mut law = Law::untouched(Placed::new(self.nothing.clone(), 0.0));
         // It remembers nothing, whatever it has heard.
         law.next = made;
@@ -833,6 +884,12 @@ impl Session {
     /// # Errors
     /// An end before, which nobody has heard of.
     pub fn close(&self) -> Result<SessionReport, Failure> {
+        let reduced = {
+            let mut course = locked(&self.course);
+            // A loop that has ended reads no orders, and says so below.
+            let _ = self.certify(&mut course);
+            course.reduced
+        };
         self.orders.leave();
         self.gate.iter().for_each(|gate| gate.open(u64::MAX));
         self.orders.join();
@@ -841,7 +898,13 @@ impl Session {
             .as_mut()
             .map(|ended| (ended.failure.take(), &ended.report))
         {
-            Some((None, Some(report))) => Ok(report.clone()),
+            Some((None, Some(report))) => {
+                let mut report = report.clone();
+                report.warnings.extend((reduced > 0).then(|| {
+                    format!("{reduced} walls were changed in the hand to more than the energy of their touch could pay for: see the events `{CERTIFICATE}` in the log")
+                }));
+                Ok(report)
+            }
             Some((Some(failure), _)) => Err(failure),
             _ => Err(Failure::run("the session has ended")),
         }

@@ -3,7 +3,7 @@
 
 use haptic_loop::{Controller, Environment as _, LoopSample};
 use haptic_message::EventMessage;
-use haptic_trial::in_hand::fading::{Fading, Law};
+use haptic_trial::in_hand::fading::{Asked, Fading, Law};
 use haptic_trial::in_hand::law::Felt;
 use nalgebra::Vector1;
 use rtrb::{Consumer, Producer, PushError};
@@ -90,6 +90,8 @@ pub struct Ticked {
     pub fresh: bool,
     /// The number of the law that made the force.
     pub stimulus: u64,
+    /// Forces before they became the one of the sample; `None` where the law alone is felt, and is whole.
+    pub asked: Option<Asked>,
 }
 
 /// Facts of a tick that only the runner of a loop knows.
@@ -167,6 +169,7 @@ pub(crate) struct Looping {
     begins: bool,
     /// The number of the law that is felt, and of the one in this tick.
     stimulus: (u64, u64),
+    asked: Option<Asked>,
     event: Option<EventMessage>,
     pub(crate) stopping: bool,
 }
@@ -184,6 +187,7 @@ impl Looping {
             fresh: true,
             begins: false,
             stimulus: (0, 0),
+            asked: None,
             event: None,
             stopping: false,
         }
@@ -297,8 +301,7 @@ impl Looping {
         self.next += 1;
         self.stimulus.1 = self.stimulus.0;
         self.fresh |= std::mem::take(&mut self.begins);
-        let force_n = sample.force.newtons()[0];
-        controller.law_mut().1.sent(force_n);
+        self.asked = controller.law_mut().1.asked();
         self.catch_up(controller);
         self.begin(controller, position_m);
     }
@@ -317,6 +320,7 @@ impl Looping {
             stopping: self.stopping,
             fresh: self.fresh,
             stimulus: self.stimulus.1,
+            asked: self.asked,
         };
         if self.ends.out.push(FromLoop::Tick(ticked)).is_err() {
             self.counts.lost.fetch_add(1, Ordering::Relaxed);
