@@ -142,7 +142,7 @@ fn a_wall_that_changes_in_the_hand_goes_from_one_force_to_the_other_and_gives_no
             })
         };
         let begin = stimulus(Law::untouched(old.clone()), 1);
-        let order = LoopOrder::Begin(begin, place_m, false);
+        let order = LoopOrder::Begin(begin, place_m);
         bench.orders.give(order).expect("room");
         let mut alone: Option<[Alone; 2]> = None;
         let (mut law_j, mut last) = (0.0, (0.0, 0.0));
@@ -263,7 +263,9 @@ fn a_session_keeps_all_of_its_walls_and_answers_in_one_log() {
     let mut felt = Vec::new();
     for wall in [0, 1] {
         session.hand(press.clone()).expect("a way");
-        session.feel(wall, 1e-3, Some(700), GOES_ON).expect("felt");
+        session
+            .feel(wall, 1e-3, Some(700), 30.0, GOES_ON)
+            .expect("felt");
         session.go_on(700, GOES_ON, &|_| ()).expect("felt");
         felt.push(session.felt());
         assert!(session.rest(1.0, GOES_ON).expect("goes on"));
@@ -276,7 +278,10 @@ fn a_session_keeps_all_of_its_walls_and_answers_in_one_log() {
     let kinds: Vec<&str> = events.iter().map(|(_, kind, _)| kind.as_str()).collect();
     let one = ["feel", "certificate", "rest"];
     assert_eq!(kinds, [&one[..], &one, &["answer"]].concat());
-    for FeltWall { felt, certificate } in felt {
+    for FeltWall {
+        felt, certificate, ..
+    } in felt
+    {
         assert_eq!(certificate.exact_share, Some(1.0), "{certificate:?}");
         assert!(certificate.largest_step_n <= 0.0);
         // From the log: ticks behind the surface in 0.7 s from the first.
@@ -309,7 +314,8 @@ fn what_may_not_be_is_refused_in_a_line_and_without_a_force() {
     };
     let unstable = session.allow(&[law(0.5, 300.0, 5.0), law(0.5, 9e5, 5.0)]);
     refused(unstable.map(drop), "wall 1: this would be unstable");
-    refused(session.feel(0, 0.0, None, GOES_ON), "allow it first");
+    let unknown = session.feel(0, 0.0, None, 30.0, GOES_ON);
+    refused(unknown.map(drop), "allow it first");
     refused(session.mark("answer", "first"), "feel a wall first");
     let wrong = Document::new("wall");
     let wrong = || {
@@ -319,18 +325,14 @@ fn what_may_not_be_is_refused_in_a_line_and_without_a_force() {
     };
     refused(session.allow(&[wrong()]).map(drop), "mass");
     session.allow(&[law(0.5, 300.0, 5.0)]).expect("stable");
-    // The handle stands at -5 mm, behind a surface at -6 mm.
-    refused(
-        session.feel(0, -6e-3, None, GOES_ON),
-        "not in front of the surface at",
-    );
-    refused(session.feel(0, f64::NAN, None, GOES_ON), "surface");
+    let nowhere = session.feel(0, f64::NAN, None, 30.0, GOES_ON);
+    refused(nowhere.map(drop), "surface");
     refused(session.hand(vec![(0.0, 1.0)]), "path of the hand");
     // In the wall for longer than the patience; it goes when the hand has left.
     session
         .hand(vec![(0.0, -5e-3), (0.2, 5e-3), (2.0, 5e-3), (2.1, -5e-3)])
         .expect("a way");
-    session.feel(0, 0.0, None, GOES_ON).expect("in front");
+    session.feel(0, 0.0, None, 30.0, GOES_ON).expect("in front");
     session.go_on(500, GOES_ON, &|_| ()).expect("felt");
     assert!(!session.rest(0.5, GOES_ON).expect("goes on"));
     assert!(session.rest(2.0, GOES_ON).expect("goes on"));
@@ -340,7 +342,19 @@ fn what_may_not_be_is_refused_in_a_line_and_without_a_force() {
     let again = opened_at(folder.as_ref(), &[("force_limit_n", 2.0.into())]);
     refused(again, "already exists");
     refused(opened_at(folder.as_ref(), &[]), "force_limit_n");
-    refused(session.feel(0, 0.0, None, GOES_ON), "closed");
+    // Each call says so, at whatever it was.
+    let again = session.feel(0, 0.0, None, 30.0, GOES_ON);
+    for ended in [
+        again.map(drop),
+        session.allow(&[law(0.5, 300.0, 5.0)]).map(drop),
+        session.rest(1.0, GOES_ON).map(drop),
+        session.pause(GOES_ON),
+        session.hand(vec![(0.0, 0.0)]),
+        session.mark("answer", "first"),
+        session.go_on(u64::MAX, GOES_ON, &|_| ()),
+    ] {
+        refused(ended, "the session is closed");
+    }
     let (ticks, _) = entries(session.log());
     let first = ticks
         .iter()
@@ -369,7 +383,7 @@ fn a_fault_or_a_stop_ends_a_session_and_keeps_its_log() {
         session
             .hand(vec![(0.0, -5e-3), (fast, 5e-3)])
             .expect("a way");
-        session.feel(0, 0.0, None, GOES_ON).expect("in front");
+        session.feel(0, 0.0, None, 30.0, GOES_ON).expect("in front");
         let ended = session
             .go_on(3000, &|| !fault, &|_| ())
             .expect_err("ended")
@@ -377,7 +391,7 @@ fn a_fault_or_a_stop_ends_a_session_and_keeps_its_log() {
         let why = if fault { "fault" } else { "interrupted" };
         assert!(ended.contains(why) && ended.contains("its log"), "{ended}");
         let again = session
-            .feel(0, 0.0, None, GOES_ON)
+            .feel(0, 0.0, None, 30.0, GOES_ON)
             .expect_err("over")
             .to_string();
         assert_eq!(again, ended);
@@ -385,6 +399,41 @@ fn a_fault_or_a_stop_ends_a_session_and_keeps_its_log() {
         assert_eq!(events.last().expect("said").1, why);
         assert!(ticks.last().expect("some").commanded_force_n[0].abs() < 1e-12);
     }
+}
+
+#[test]
+fn a_wall_waits_for_a_handle_that_is_behind_it_and_does_not_come_once_nobody_waits() {
+    let folder = Folder::empty();
+    let session = opened(folder.as_ref());
+    session.allow(&[law(0.5, 300.0, 5.0)]).expect("stable");
+    // The handle stands at -5 mm, behind a surface at -6 mm, and on one at -5 mm.
+    for surface_m in [-6e-3, -5e-3] {
+        let begun = session.feel(0, surface_m, None, 0.3, GOES_ON);
+        assert!(!begun.expect("goes on"));
+    }
+    session
+        .mark("answer", "first")
+        .expect_err("nothing was felt");
+    // Moved out of its place, it does not meet the wall that was given up.
+    session
+        .hand(vec![(0.0, -5e-3), (0.5, -8e-3), (1.0, -8e-3), (1.3, 2e-3)])
+        .expect("a way");
+    session.pause(GOES_ON).expect("nothing is there");
+    let begun = session.feel(0, -6e-3, None, 2.0, GOES_ON);
+    assert!(begun.expect("goes on"));
+    let first = session.felt();
+    assert!(!first.touched);
+    session.go_on(1500, GOES_ON, &|_| ()).expect("felt");
+    assert!(session.felt().touched);
+    session.close().expect("closed");
+    let (ticks, events) = entries(session.log());
+    let kinds: Vec<&str> = events.iter().map(|(_, kind, _)| kind.as_str()).collect();
+    assert_eq!(kinds, ["feel", "certificate"]);
+    let has_force = |tick: &TickMessage| tick.commanded_force_n[0] != 0.0;
+    let touched = ticks.iter().position(has_force).expect("touched");
+    assert!(
+        touched as u64 > first.felt.tick && ticks[first.felt.tick as usize].position_m[0] < -6e-3
+    );
 }
 
 /// Memory does not grow with trials, and none is lost: `CAMPAIGN_CASES` sets how many, 50 by default.
@@ -398,7 +447,9 @@ fn many_trials_are_one_log_with_all_samples() {
         session
             .hand(vec![(0.0, -2e-3), (0.05, 3e-3), (0.1, -2e-3)])
             .expect("a way");
-        session.feel(0, 0.0, Some(100), GOES_ON).expect("felt");
+        session
+            .feel(0, 0.0, Some(100), 30.0, GOES_ON)
+            .expect("felt");
         session.go_on(100, GOES_ON, &|_| ()).expect("felt");
         assert!(session.rest(1.0, GOES_ON).expect("goes on"));
         session.mark("answer", "first").expect("felt");
@@ -439,7 +490,7 @@ fn by_night_the_next_wall_is_felt_within_100_ms() {
             .expect("a way");
         let began = haptic_loop::realtime::Moment::now();
         session
-            .feel(trial % 2, 0.0, Some(200), GOES_ON)
+            .feel(trial % 2, 0.0, Some(200), 30.0, GOES_ON)
             .expect("felt");
         longest = longest.max(began.elapsed());
         session.go_on(200, GOES_ON, &|_| ()).expect("felt");
@@ -463,10 +514,10 @@ fn changed(from: f64, to: f64, limit_n: f64) -> (FeltWall, Vec<TickMessage>, Vec
     session.allow(&laws).expect("stable");
     let press = vec![(0.0, -5e-3), (0.2, 8e-3)];
     session.hand(press).expect("a way");
-    session.feel(0, 0.0, None, GOES_ON).expect("in front");
+    session.feel(0, 0.0, None, 30.0, GOES_ON).expect("in front");
     session.go_on(1500, GOES_ON, &|_| ()).expect("felt");
     session
-        .feel(1, 0.0, Some(2500), GOES_ON)
+        .feel(1, 0.0, Some(2500), 30.0, GOES_ON)
         .expect("in the hand");
     session.go_on(2500, GOES_ON, &|_| ()).expect("felt");
     let felt = session.felt();

@@ -55,9 +55,8 @@ pub enum LoopOrder {
     Path(HandPath),
     /// Another law, as soon as it has heard the rest.
     Change(Box<Stimulus>),
-    /// A law that has heard nothing, where no force acts and the device is not beyond this place, m: now, or it is refused; with
-    /// `true` as soon as that is so.
-    Begin(Box<Stimulus>, f64, bool),
+    /// A law that has heard nothing, as soon as no force acts and the device is not beyond this place, m.
+    Begin(Box<Stimulus>, f64),
     /// After a stop or fault: begin anew with this law, which has heard nothing, unless more stops than these were asked for since.
     Arm(Box<Stimulus>, u64),
     /// The simulated world stands still, or goes on.
@@ -137,8 +136,6 @@ pub struct LoopCounts {
     pub acts: AtomicBool,
     /// A stop or fault has ended the work of the loop, until it is armed.
     pub stopped: AtomicBool,
-    /// The newest law that was to begin and was refused.
-    pub refused: AtomicU64,
 }
 
 /// The ends of both rings that the loop has.
@@ -151,7 +148,7 @@ pub struct LoopEnds {
 }
 
 /// A law that is to begin, and the rest of its [order](LoopOrder::Begin).
-type Beginning = (Box<Stimulus>, f64, bool);
+type Beginning = (Box<Stimulus>, f64);
 
 /// The part of a loop that changes its law and reports its ticks.
 #[derive(Debug)]
@@ -220,9 +217,9 @@ impl Looping {
                     self.overtaken();
                     self.pending = Some(ready);
                 }
-                LoopOrder::Begin(ready, most_m, waits) => {
+                LoopOrder::Begin(ready, most_m) => {
                     self.overtaken();
-                    self.beginning = Some((ready, most_m, waits));
+                    self.beginning = Some((ready, most_m));
                 }
                 LoopOrder::Event(event) => self.event = Some(event),
                 order @ (LoopOrder::Hand(..)
@@ -235,7 +232,7 @@ impl Looping {
 
     /// Laws that wait are not wanted any more.
     fn overtaken(&mut self) {
-        let beginning = self.beginning.take().map(|(stimulus, ..)| stimulus);
+        let beginning = self.beginning.take().map(|(stimulus, _)| stimulus);
         for stimulus in [self.pending.take(), beginning].into_iter().flatten() {
             self.spend(stimulus);
         }
@@ -358,7 +355,7 @@ impl Looping {
         if self.pending.is_some() || self.spent.is_some() {
             return;
         }
-        let Some((mut ready, most_m, waits)) = self.beginning.take() else {
+        let Some((mut ready, most_m)) = self.beginning.take() else {
             return;
         };
         let x = Vector1::new(position_m);
@@ -372,11 +369,8 @@ impl Looping {
             self.begins = true;
             self.pending = Some(ready);
             self.becomes_felt();
-        } else if waits {
-            self.beginning = Some((ready, most_m, waits));
         } else {
-            self.counts.refused.store(ready.number, Ordering::Relaxed);
-            self.spend(ready);
+            self.beginning = Some((ready, most_m));
         }
     }
 
