@@ -13,7 +13,8 @@
 //! ```
 //!   A spring gives ½|f|·d on its way out, so a wall up to P/2 times as stiff is whole at once. At rest c moves with the fade and no
 //!   faster; deeper in it comes back, by no more a tick than the fade moves; on the way out f falls as d^(P−1) at the steepest, so that A is
-//!   spent at the surface and not before, whatever the law. Behind both surfaces A begins anew, and a change is done. Without a change c is
+//!   spent at the surface and not before, whatever the law. A law that comes around a hand that has touched nothing has no energy: it
+//!   resists what goes deeper, and d counts from where that began. In front of the surface A begins anew, and a change is done. Without a change c is
 //!   1, to the bit.
 //! - *A touch that had less* than P·A = |f|·d when its law changed comes down to that in the time of the fade.
 
@@ -50,6 +51,9 @@ pub trait Surfaced {
 /// P: 2 would leave each stiffer wall as soft as the one before, until the next touch.
 const STEEPEST: f64 = 4.0;
 
+/// Least d, m: without energy a force stays zero where nobody moves.
+const LEAST_M: f64 = 1e-8;
+
 /// A touch that had next to nothing keeps its force no longer than it stands still.
 const LENT_MOST: f64 = 1e6;
 
@@ -69,7 +73,7 @@ struct Touch {
     /// The force that was sent last, N, and where.
     sent_n: f64,
     position_m: f64,
-    /// The surface that is left last, m; `None` without a change.
+    /// The surface that is left last, m, or where the energy began if the law came around a hand; `None` without a change.
     exit_m: Option<f64>,
     /// Factor on P·A when the law changed.
     lent: f64,
@@ -97,7 +101,7 @@ impl Touch {
         let lent = STEEPEST * (1.0 + (self.lent - 1.0) * (1.0 - share));
         // The force acts on half of this way, and of the next.
         let left = f64::max(self.taken_j - 0.5 * self.sent_n * moved, 0.0);
-        let depth_m = f64::max(position_m - exit_m, 0.0);
+        let depth_m = f64::max(position_m - exit_m, LEAST_M);
         let needed = wanted_n.abs() * depth_m + lent * wanted_n * moved;
         let most = f64::min(self.factor + step, 1.0);
         if most * needed > lent * left {
@@ -110,7 +114,13 @@ impl Touch {
     /// The law changes; of these surfaces, m, one is left last.
     fn change(&mut self, surfaces_m: [f64; 2]) {
         let [one, other] = surfaces_m;
-        let exit_m = self.exit_m.unwrap_or(f64::INFINITY).min(one).min(other);
+        let begins_m = if self.taken_j > 0.0 {
+            f64::NEG_INFINITY
+        } else {
+            self.position_m
+        };
+        let surface_m = self.exit_m.unwrap_or(f64::INFINITY).min(one).min(other);
+        let exit_m = surface_m.max(begins_m);
         self.exit_m = Some(exit_m);
         // The force goes on from where it is.
         let held_j = self.sent_n.abs() * f64::max(self.position_m - exit_m, 0.0);
@@ -248,12 +258,14 @@ impl<E: Environment<f64, 1> + Surfaced> Fading<E> {
         if wanted_n == 0.0 && looks {
             // No law acts, since all push or are zero: so the old one may go at once.
             history.share = 1.0;
-            let surfaces_m = [&self.old, &self.new].map(Surfaced::surface_m);
-            if at_m <= surfaces_m.into_iter().fold(f64::INFINITY, f64::min) {
+            if at_m <= self.new.surface_m() {
                 history.touch = Touch::NONE;
             }
         }
-        history.touch.position_m = position_m[0];
+        let is_spent = history.touch.taken_j <= 0.0;
+        let exit_m = |exit_m: f64| if is_spent { at_m } else { exit_m.min(at_m) };
+        history.touch.exit_m = history.touch.exit_m.map(exit_m);
+        history.touch.position_m = at_m;
         history.asked = asked.filter(|_| history.touch.exit_m.is_some());
     }
 }
@@ -350,8 +362,8 @@ mod tests {
 
     /// Energy that a law, changed at these ticks, has given in each touch of a motion, J; and the force at each tick. Of the
     /// law, not of the hold of its force, which the damping of a device pays for.
-    fn given(
-        (laws, fade): (&[Felt], u32),
+    fn given<L: Environment<f64, 1> + Surfaced + Clone>(
+        (laws, fade): (&[L], u32),
         changes: &[u32],
         motion: impl Fn(u32) -> f64,
         ticks: u32,
@@ -548,6 +560,31 @@ mod tests {
             }
         }
         assert!(reached > pairs, "{reached} of {}", 2 * pairs);
+    }
+
+    #[test]
+    fn a_wall_that_comes_around_a_hand_resists_what_goes_deeper_and_pushes_nobody_out() {
+        let law = |surface_m| Placed::new(pushing(0.5, 300.0, 2.0), surface_m);
+        let laws = [law(20e-3), law(0.0)];
+        // To 4 mm, to 5 mm, back to 4 mm and out.
+        let motion = |n: u32| {
+            let t = f64::from(n) * 1e-3;
+            let part = |from: f64, long: f64| ((t - from) / long).clamp(0.0, 1.0);
+            4.0e-3 * part(0.0, 0.3) + 1e-3 * (part(1.0, 0.2) - part(1.6, 0.2))
+                - 4.1e-3 * part(2.0, 0.3)
+        };
+        let (touches, forces) = given((&laws, 200), &[700], motion, 2500);
+        assert!(touches.iter().all(|touch| *touch < 1e-9), "{touches:?}");
+        let alone = given((&laws[1..], 200), &[], motion, 2500).1;
+        let share = |n: usize| forces[n] / alone[n];
+        assert!(share(999).abs() < 1e-12 && share(1199) > 0.9 && share(1900) < 1e-2);
+        let step = |n: usize| (forces[n] - forces[n - 1]).abs();
+        let largest = (701..2500).map(step).fold(0.0, f64::max);
+        // f falls as d³ from where 2·d² is δ²: 3·√2/δ.
+        assert!(
+            largest < 4.3 * 5e-6 * alone[1199].abs() / 1e-3,
+            "{largest} N"
+        );
     }
 
     #[test]
