@@ -71,10 +71,10 @@ def restless(chance: np.random.Generator, seen: set[str]):
 
 
 def test_whatever_hands_do_each_row_is_of_two_walls_that_were_touched(tmp_path, monkeypatch) -> None:
-    """`CAMPAIGN_CASES` sets how many hands, 4 by default; the campaign has 500."""
+    """`CAMPAIGN_CASES` sets how many hands, 3 by default; the campaign has 500."""
     monkeypatch.chdir(tmp_path)
     seen: set[str] = set()
-    for hand in range(int(os.environ.get("CAMPAIGN_CASES", 4))):
+    for hand in range(int(os.environ.get("CAMPAIGN_CASES", 3))):
         monkeypatch.setattr(session.Session, "hand", restless(np.random.default_rng([86, hand]), seen))
         try:
             measure(f"h{hand}", hand, lambda _: 1, Quest(), trials=3)

@@ -333,6 +333,7 @@ impl Looping {
     /// A law that waits hears some of the positions that it has missed; when it has heard all, and no other change is in progress, it
     /// begins to be felt.
     fn catch_up(&mut self, controller: &mut FeltController) {
+        let has_room = self.has_room();
         let Some(ready) = &mut self.pending else {
             return;
         };
@@ -344,15 +345,20 @@ impl Looping {
             law.hear(self.recent[(law.next % RECENT as u64) as usize]);
         }
         let (environment, history) = controller.law_mut();
-        if law.next == self.next && history.is_settled() && self.spent.is_none() {
+        if law.next == self.next && history.is_settled() && has_room {
             environment.change(history, law);
             self.becomes_felt();
         }
     }
 
+    /// Law and event of a beginning find nothing in their way.
+    const fn has_room(&self) -> bool {
+        self.spent.is_none() && self.event.is_none()
+    }
+
     /// A law that is to begin does so where the device is free of force, in front of its surface.
     fn begin(&mut self, controller: &mut FeltController, position_m: f64) {
-        if self.pending.is_some() || self.spent.is_some() {
+        if self.pending.is_some() || !self.has_room() {
             return;
         }
         let Some((mut ready, most_m)) = self.beginning.take() else {
@@ -378,7 +384,7 @@ impl Looping {
     fn becomes_felt(&mut self) {
         if let Some(mut felt) = self.pending.take() {
             self.stimulus.0 = felt.number;
-            self.event = felt.event.take().or(self.event.take());
+            self.event = felt.event.take();
             self.spend(felt);
         }
     }
