@@ -314,7 +314,7 @@ visit("Compare: two walls are felt blind, answered by keys, and counted at the e
   const force = () => page.locator(".scene").getAttribute("aria-valuetext");
   for (const trial of [1, 2]) {
     for (const wall of [1, 2]) {
-      assert.ok(!(await answer.isVisible()), "an answer before the walls");
+      await until(async () => !(await answer.isVisible()), "an answer before the walls");
       await press("Next wall");
       await page.keyboard.press("Home");
       await told(new RegExp(`^Trial ${trial} of 2: press wall ${wall}`));

@@ -125,7 +125,7 @@ impl Tally {
     }
 }
 
-/// Largest difference of a force from the law's that is none, N.
+/// Largest difference from the law's force that does not count, N.
 const EXACT_N: f64 = 1e-8;
 
 /// Forces of a tick on their way to the device, N.

@@ -185,10 +185,10 @@ struct Course {
 pub struct FeltWall {
     /// The handle was behind the surface; if it was not, this was no trial.
     pub touched: bool,
-    /// What was done and felt.
+    /// Numbers of what was done and felt.
     #[serde(flatten)]
     pub felt: FeltSummary,
-    /// How much of that was the wall that was asked for.
+    /// Share of that which was the wall that was asked for.
     #[serde(flatten)]
     pub certificate: Certificate,
 }
@@ -720,20 +720,30 @@ impl Session {
         };
         self.orders.give(order)?;
         course.number = number;
-        let begun = |kept: &Kept, most: u64| {
-            let begun = (kept.stimulus == number).then_some(true);
-            begun.or_else(|| (kept.made - made > most).then_some(false))
-        };
-        // Virtual time stands still at the first tick, unless the handle has to move first.
-        let at_once = self.wait(1, stops, |kept| begun(kept, patience.min(AT_ONCE)))?;
-        if !at_once && !self.wait(REST_CHUNK, stops, |kept| begun(kept, patience))? {
+        if !self.came(number, made, patience, stops)? {
             course.certified = number;
-            self.orders
-                .give(LoopOrder::Change(self.nothing(made, None)))?;
+            (self.orders).give(LoopOrder::Change(self.nothing(made, None)))?;
             return Ok(false);
         }
         (course.surface_m, course.may_answer) = (surface_m, true);
         Ok(true)
+    }
+
+    /// Waits for the first tick of a stimulus, so many ticks after this one at most; false if it did not come.
+    fn came(
+        &self,
+        number: u64,
+        made: u64,
+        patience: u64,
+        stops: Stops<'_>,
+    ) -> Result<bool, Failure> {
+        let came = |kept: &Kept, most: u64| {
+            let came = (kept.stimulus == number).then_some(true);
+            came.or_else(|| (kept.made - made > most).then_some(false))
+        };
+        // Virtual time stands still at the first tick, unless the handle has to move first.
+        let at_once = self.wait(1, stops, |kept| came(kept, patience.min(AT_ONCE)))?;
+        Ok(at_once || self.wait(REST_CHUNK, stops, |kept| came(kept, patience))?)
     }
 
     /// Goes on until this many ticks of the wall were felt.

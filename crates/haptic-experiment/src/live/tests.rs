@@ -557,7 +557,7 @@ fn a_wall_that_changes_under_a_still_hand_is_the_one_that_was_asked_for_or_is_sa
             // The first tick of the fade is still the old law alone.
             assert_eq!(certificate.fade_ticks, 200, "{at}");
         } else {
-            // What the hand's spring of 300 N/m takes of ½·K·x², and four times what is left over the depth: x² − 16x + 56 = 0
+            // The hand's spring of 300 N/m takes its part of ½·K·x²; P times the rest over the depth is the force: x² − 24x + 96 = 0
             // in mm without losses, which is 173 N/m of 300 at 5.07 mm.
             assert!((0.5..0.58).contains(&share), "{at}: {share}");
             assert!((certificate.least_factor - share).abs() < 1e-3, "{at}");

@@ -14,8 +14,8 @@
 //!   A spring gives ½|f|·d on its way out, so a wall up to P/2 times as stiff is whole at once. At rest c moves with the fade and no
 //!   faster; deeper in it comes back, by no more a tick than the fade moves; on the way out f falls as d^(P−1) at the steepest, so that A is
 //!   spent at the surface and not before, whatever the law. A law that comes around a hand that has touched nothing has no energy: it
-//!   resists what goes deeper, and d counts from where that began. In front of the surface A begins anew, and a change is done. Without a change c is
-//!   1, to the bit.
+//!   resists what goes deeper, and d counts from where that began. In front of the surface A begins anew, and a change is done. Without a
+//!   change c is 1, to the bit.
 //! - *A touch that had less* than P·A = |f|·d when its law changed comes down to that in the time of the fade.
 
 use crate::in_hand::hand::START_M;
@@ -333,37 +333,27 @@ mod tests {
     use haptic_loop::units::{
         Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
     };
-    use haptic_loop::{Contact, Controller, Pushing, SafetyChain, SpringDamper, Wall};
+    use haptic_loop::{Controller, Pushing, SafetyChain, Wall};
     use testkit::Random;
 
-    type Pushed = Placed<Pushing<Wall<f64, Operator<f64>>>>;
+    type Felt = Placed<Pushing<Wall<f64, Operator<f64>>>>;
 
-    fn pushing(order: f64, stiffness: f64, dissipation: f64) -> Pushing<Wall<f64, Operator<f64>>> {
+    fn placed(order: f64, stiffness: f64, dissipation: f64, surface_m: f64) -> Felt {
         let scheme: Scheme = "full".parse().expect("a scheme");
         let order = Order::new(order).expect("valid");
         let operator = scheme.build(order, Seconds(1e-3), 1e4).expect("made");
-        let surface = Some(Metres(0.0));
-        Pushing::new(
-            Wall::new(stiffness, dissipation, operator, surface).expect("valid"),
-            false,
-        )
+        let wall = Wall::new(stiffness, dissipation, operator, Some(Metres(0.0)));
+        Placed::new(Pushing::new(wall.expect("valid"), false), surface_m)
     }
 
-    type Felt = Placed<Contact<f64, SpringDamper<f64, Operator<f64>>, 1>>;
-
     fn tissue(order: f64, stiffness: f64, dissipation: f64) -> Felt {
-        let scheme: Scheme = "full".parse().expect("a scheme");
-        let order = Order::new(order).expect("valid");
-        let operator = scheme.build(order, Seconds(1e-3), 1e4).expect("made");
-        let inner = SpringDamper::new(stiffness, dissipation, operator).expect("valid");
-        let contact = Contact::at(haptic_loop::units::Metres(0.0), inner);
-        Placed::new(contact.expect("valid"), 0.0)
+        placed(order, stiffness, dissipation, 0.0)
     }
 
     /// Energy that a law, changed at these ticks, has given in each touch of a motion, J; and the force at each tick. Of the
     /// law, not of the hold of its force, which the damping of a device pays for.
-    fn given<L: Environment<f64, 1> + Surfaced + Clone>(
-        (laws, fade): (&[L], u32),
+    fn given(
+        (laws, fade): (&[Felt], u32),
         changes: &[u32],
         motion: impl Fn(u32) -> f64,
         ticks: u32,
@@ -464,7 +454,7 @@ mod tests {
 
     /// A law that becomes another at tick 1000 in a hand of this stiffness, N/m, which presses to the first place, m, moves to the
     /// second at tick 900, holds, and leaves from tick 2500 on at a speed, m/s.
-    fn in_a_hand(laws: [&Pushed; 2], stiffness: f64, deep_m: [f64; 2], speed: f64) -> Vec<Tick> {
+    fn in_a_hand(laws: [&Felt; 2], stiffness: f64, deep_m: [f64; 2], speed: f64) -> Vec<Tick> {
         const T: Seconds = Seconds(1e-3);
         let hand = MassDamperConfig {
             stiffness: NewtonsPerMetre(stiffness),
@@ -513,8 +503,8 @@ mod tests {
         let mut random = Random(86);
         let laws = [(); 40].map(|()| {
             let (order, stiffness) = (random.share(), random.between(30.0, 600.0));
-            let law = pushing(order, stiffness, random.between(0.0, 15.0));
-            Placed::new(law, random.between(-5e-4, 5e-4))
+            let dissipation = random.between(0.0, 15.0);
+            placed(order, stiffness, dissipation, random.between(-5e-4, 5e-4))
         });
         let mut reached = 0;
         let pairs = testkit::cases(20_u32);
@@ -564,8 +554,7 @@ mod tests {
 
     #[test]
     fn a_wall_that_comes_around_a_hand_resists_what_goes_deeper_and_pushes_nobody_out() {
-        let law = |surface_m| Placed::new(pushing(0.5, 300.0, 2.0), surface_m);
-        let laws = [law(20e-3), law(0.0)];
+        let laws = [20e-3, 0.0].map(|surface_m| placed(0.5, 300.0, 2.0, surface_m));
         // To 4 mm, to 5 mm, back to 4 mm and out.
         let motion = |n: u32| {
             let t = f64::from(n) * 1e-3;
