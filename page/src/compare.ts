@@ -13,6 +13,8 @@ export class Compare {
   private readonly said = el("p", { class: "hint", role: "status" });
   private readonly before: HTMLElement;
   private readonly during: HTMLElement;
+  private readonly next: HTMLButtonElement;
+  private readonly answers: HTMLButtonElement[];
 
   /** `begins` is called before the first trial. */
   constructor(private readonly app: App, begins: () => void) {
@@ -27,14 +29,9 @@ export class Compare {
       void this.start();
     });
     this.before = el("div", {}, el("div", { class: "knobs" }, ...[this.subject, this.stiffer, this.trials].map(({ label }) => label)), el("div", { class: "buttons" }, start));
-    this.during = el(
-      "div",
-      { class: "buttons" },
-      asks("Next wall", "feel"),
-      asks("1 was stiffer", "answer", { stiffer: 1 }),
-      asks("2 was stiffer", "answer", { stiffer: 2 }),
-      asks("End the comparison", "end"),
-    );
+    this.next = asks("Next wall", "feel");
+    this.answers = [1, 2].map((stiffer) => asks(`${stiffer} was stiffer`, "answer", { stiffer }));
+    this.during = el("div", { class: "buttons" }, this.next, ...this.answers, asks("End the comparison", "end"));
     this.root = el("details", { class: "device-numbers compare" }, el("summary", {}, "Compare two walls, blind"), this.before, this.said, this.during);
     this.show(null);
   }
@@ -52,6 +49,9 @@ export class Compare {
     const runs = compared?.running ?? false;
     if (runs) this.root.open = true;
     [this.before.hidden, this.during.hidden] = [runs, !runs];
+    const asked = compared !== null && isAsked(compared);
+    this.next.hidden = asked;
+    for (const answer of this.answers) answer.hidden = !asked;
     say(this.said, compared === null ? "" : sentence(compared));
   }
 }
@@ -59,6 +59,11 @@ export class Compare {
 function field(name: string, attributes: Record<string, string | number>): { label: HTMLElement; input: HTMLInputElement } {
   const input = el("input", attributes);
   return { label: el("label", { class: "choice" }, name, input), input };
+}
+
+/** Both walls were touched: only now there is an answer. */
+export function isAsked({ wall, touched }: Compared): boolean {
+  return wall === 2 && touched;
 }
 
 /** What a person does next, or how it ended. */

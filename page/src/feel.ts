@@ -9,7 +9,7 @@ import { FeelCharts } from "./feel-charts";
 import { FeelControls } from "./feel-controls";
 import type { Hello, Status, Unasked } from "./protocol";
 import { Safety } from "./safety";
-import { Scene } from "./scene";
+import { blind, Scene } from "./scene";
 import { edited, type State } from "./state";
 import { Surface } from "./surface";
 
@@ -125,7 +125,8 @@ export class FeelView implements ViewPart {
     const newest = this.charts.step();
     if (newest === null || Number.isNaN(newest.position)) return;
     const { position, force, hand } = newest;
-    this.scene.show({ position, force: Math.max(0, force), hand, surface: this.surface.at(newest.time, position, force) });
+    const seen = { position, force: Math.max(0, force), hand, surface: this.surface.at(newest.time, position, force) };
+    this.scene.show(this.app.state.status?.compare?.running ? blind(seen) : seen);
   }
 
   besideField(why: string): boolean {

@@ -23,6 +23,11 @@ export interface SceneState {
   surface: number;
 }
 
+/** What may be seen of a wall that is compared: the hand, but neither how the tissue yields nor its force. A probe that nobody holds is in front of it. */
+export function blind({ position, hand }: SceneState): SceneState {
+  return { position: Number.isNaN(hand) ? Math.min(position, 0) : hand, hand: NaN, force: 0, surface: 0 };
+}
+
 export interface SceneOptions {
   /** The hand is at a position, or lets go. */
   hand: (position: number, held: boolean) => void;

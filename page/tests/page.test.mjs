@@ -310,16 +310,19 @@ visit("Compare: two walls are felt blind, answered by keys, and counted at the e
   const charts = page.locator(".feel .right");
   await told(/^Trial 1 of 2: ask for wall 1/);
   await until(async () => !(await charts.isVisible()) && !(await page.getByLabel("stiffness K, with unit").isVisible()), "it is not blind");
-  await press("1 was stiffer");
-  await says(page.locator("body"), /before both walls/, "an answer before the walls");
+  const answer = page.getByRole("button", { name: "2 was stiffer" });
+  const force = () => page.locator(".scene").getAttribute("aria-valuetext");
   for (const trial of [1, 2]) {
     for (const wall of [1, 2]) {
+      await until(async () => !(await answer.isVisible()), "an answer before the walls");
       await press("Next wall");
       await page.keyboard.press("Home");
       await told(new RegExp(`^Trial ${trial} of 2: press wall ${wall}`));
       await until(async () => (await depth(page)) < -0.5, "the probe did not come out");
       await page.keyboard.down("ArrowRight");
       await told(wall === 1 ? /ask for wall 2/ : /which was stiffer/);
+      assert.match(await force(), /force 0\b/);
+      assert.ok(!(await page.locator(".scene .arrow").isVisible()), "the force is shown");
       await page.keyboard.up("ArrowRight");
     }
     await press("2 was stiffer");

@@ -1,7 +1,8 @@
 """Trials in two intervals: which of two walls was stiffer? A method chooses their difference, as QUEST+ or a staircase.
 
 Each trial is a row of SUBJECT.csv; a second start goes on behind the last of them. One in ten trials is a catch trial, with a
-difference that nobody misses, of which the method learns nothing. Used by `felt_threshold.py` and `felt_staircase.py`.
+difference that nobody misses, of which the method learns nothing. A wall that nobody touched is offered again. Used by
+`felt_threshold.py` and `felt_staircase.py`.
 """
 
 import csv
@@ -15,6 +16,7 @@ import numpy as np
 from fractional_haptics import session
 
 STIFFNESS = 300.0
+TRIES = 5
 DIFFERENCES = np.geomspace(0.02, 0.6, 25)
 COLUMNS = ("subject", "trial", "catch", "difference", "stiffer", "answer", "correct", "log", "answered_s",
            "first_tick", "first_peak_n", "first_deepest_m", "second_tick", "second_peak_n", "second_deepest_m")  # fmt: skip
@@ -55,6 +57,33 @@ class Observer:
         return stiffer if self.chance.random() < right else 3 - stiffer
 
 
+def offered(s: session.Session, wall: dict[str, float], surface_m: float, press: Callable[[], None], seconds: float) -> session.Felt:
+    """Offers a wall until it was touched, and the hand is out again."""
+    said = ""
+    for _ in range(TRIES):
+        press()
+        try:
+            felt = s.feel(wall, seconds=seconds, surface=surface_m)
+        except TimeoutError as error:
+            said = str(error)
+        else:
+            out(s)
+            if felt.touched:
+                return felt
+            said = "nobody touched the wall: press it"
+        print(said, flush=True)
+    raise TimeoutError(said)
+
+
+def out(s: session.Session) -> None:
+    for _ in range(TRIES):
+        try:
+            return s.rest()
+        except TimeoutError as error:
+            print(error, flush=True)
+    return s.rest()
+
+
 def measure(subject: str, seed: int, answers: Callable[[list[session.Felt]], int], method: Method,
             trials: int = 60, device: str = "sim", **parameters) -> None:  # fmt: skip
     """Does what is left of the trials of a subject, at most so many in all."""
@@ -81,13 +110,15 @@ def measure(subject: str, seed: int, answers: Callable[[list[session.Felt]], int
             felt = []
             for interval in (1, 2):
                 surface_m = chance.uniform(-1e-3, 1e-3)
-                if device == "sim":
-                    s.hand([(0.0, -3e-3), (0.1, surface_m + 6e-3), (0.2, surface_m + 6e-3), (0.3, -3e-3)])
-                else:
-                    print(f"Trial {trial + 1}, wall {interval}: press.", flush=True)
-                felt.append(s.feel(spring(difference if interval == stiffer else 0.0),
-                                   seconds=0.3 if device == "sim" else 3.0, surface=surface_m))  # fmt: skip
-                s.rest()
+
+                def press(deep_m: float = surface_m + 6e-3, words: str = f"Trial {trial + 1}, wall {interval}: press.") -> None:
+                    if device == "sim":
+                        s.hand([(0.0, -3e-3), (0.1, deep_m), (0.2, deep_m), (0.3, -3e-3)])
+                    else:
+                        print(words, flush=True)
+
+                wall = spring(difference if interval == stiffer else 0.0)
+                felt.append(offered(s, wall, surface_m, press, 0.3 if device == "sim" else 3.0))
             answer = answers(felt)
             s.mark("answer", str(answer))
             one, two = felt
@@ -114,5 +145,8 @@ def start(method: Method, trials: int) -> str:
     """`python EXAMPLE.py [SUBJECT [DEVICE]]`; the subject."""
     subject, device, *_ = [*sys.argv[1:], *("p00", "sim")[len(sys.argv) - 1 :]]
     observer = person if device != "sim" else Observer(threshold=0.1, slope=2.5, seed=1)
-    measure(subject, 1, observer, method, trials, device)
+    try:
+        measure(subject, 1, observer, method, trials, device)
+    except (TimeoutError, RuntimeError) as error:
+        sys.exit(f"{error}; {subject}.csv has all trials that were answered: start again to go on")
     return subject

@@ -7,16 +7,33 @@ use crate::json::to_python;
 use haptic_experiment::Failure;
 use haptic_experiment::live::{Session, SessionOptions};
 use haptic_run::RealtimeOptions;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, ThreadId};
 
-/// An open session.
+/// An open session, of the process and the thread that opened it.
 #[pyclass(frozen, name = "Session", module = "fractional_haptics._native")]
 #[derive(Debug)]
-pub(crate) struct PySession(Arc<Session>);
+pub(crate) struct PySession {
+    session: Arc<Session>,
+    process: u32,
+    thread: ThreadId,
+    /// A call goes on, from which `progress` may call again.
+    calls: AtomicBool,
+}
+
+impl Drop for PySession {
+    fn drop(&mut self) {
+        if self.process != std::process::id() {
+            // A fork has none of the threads that an end waits for.
+            std::mem::forget(Arc::clone(&self.session));
+        }
+    }
+}
 
 /// Does what may end with the session, on a thread of its own. What Python raises for a signal goes before what the session says of it.
 fn conducted<T: Send + 'static>(
@@ -48,11 +65,20 @@ pub(crate) fn open_session(
         realtime: realtime.then(RealtimeOptions::default),
     };
     let stop = Arc::new(AtomicBool::new(false));
-    let driving = drives.then(|| Driving::new(&stop)).transpose()?;
+    // Without a device at a port there is no force to be left, but a log to be closed.
+    let driving = match Driving::new(&stop) {
+        Err(_) if !drives => None,
+        driving => Some(driving?),
+    };
     let opened = conducted(parameters.py(), None, move |conduct| {
         Session::open(options, &stop, driving, &|| conduct.stops())
     })?;
-    Ok(PySession(Arc::new(opened)))
+    Ok(PySession {
+        session: Arc::new(opened),
+        process: std::process::id(),
+        thread: thread::current().id(),
+        calls: AtomicBool::new(false),
+    })
 }
 
 impl PySession {
@@ -62,8 +88,27 @@ impl PySession {
         progress: Option<&Bound<'_, PyAny>>,
         work: impl FnOnce(&Session, &Conduct) -> Result<T, Failure> + Send + 'static,
     ) -> PyResult<T> {
-        let session = Arc::clone(&self.0);
-        conducted(py, progress, move |conduct| work(&session, conduct))
+        self.may_call(false)?;
+        self.calls.store(true, Ordering::Relaxed);
+        let session = Arc::clone(&self.session);
+        let done = conducted(py, progress, move |conduct| work(&session, conduct));
+        self.calls.store(false, Ordering::Relaxed);
+        done
+    }
+
+    /// Refuses a call of another process or thread, or out of a call that goes on; to stop, any thread may call.
+    fn may_call(&self, to_stop: bool) -> PyResult<()> {
+        let here = thread::current().id() == self.thread;
+        let why = if self.process != std::process::id() {
+            "this session is of the process that this one was forked from: open one of its own here"
+        } else if !here && !to_stop {
+            "a session is of the thread that opened it: call it there; stop alone may be called from any other"
+        } else if here && self.calls.load(Ordering::Relaxed) {
+            "progress cannot call the session that reports to it, nor stop it: end feel by a true value of until"
+        } else {
+            return Ok(());
+        };
+        Err(PyRuntimeError::new_err(why))
     }
 }
 
@@ -72,7 +117,7 @@ impl PySession {
     /// Sample time of the loop, s.
     #[getter]
     fn sample_time(&self) -> f64 {
-        self.0.sample_time_s()
+        self.session.sample_time_s()
     }
 
     /// Judges walls; the number of the first.
@@ -82,16 +127,17 @@ impl PySession {
         self.conducted(py, None, move |session, _| session.allow(&walls))
     }
 
-    /// Makes a wall be felt, and sums what is felt over so many ticks at most.
+    /// Makes a wall be felt, and sums what is felt over so many ticks at most; false if the handle stayed behind its surface.
     fn feel(
         &self,
         py: Python<'_>,
         wall: usize,
         surface_m: f64,
         ticks: Option<u64>,
-    ) -> PyResult<()> {
+        patience_s: f64,
+    ) -> PyResult<bool> {
         self.conducted(py, None, move |session, conduct| {
-            session.feel(wall, surface_m, ticks, &|| conduct.stops())
+            session.feel(wall, surface_m, ticks, patience_s, &|| conduct.stops())
         })
     }
 
@@ -109,7 +155,8 @@ impl PySession {
 
     /// Numbers of what was felt so far.
     fn felt<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.0.felt())
+        self.may_call(false)?;
+        to_python(py, &self.session.felt())
     }
 
     /// Waits until the handle has left the wall; false if it does not.
@@ -128,17 +175,21 @@ impl PySession {
 
     /// The simulated hand goes this way.
     fn hand(&self, path: Vec<(f64, f64)>) -> PyResult<()> {
-        self.0.hand(path).map_err(|failure| failed(&failure))
+        self.may_call(false)?;
+        (self.session).hand(path).map_err(|failure| failed(&failure))
     }
 
     /// Puts a mark into the log.
     fn mark(&self, kind: &str, text: &str) -> PyResult<()> {
-        self.0.mark(kind, text).map_err(|failure| failed(&failure))
+        self.may_call(false)?;
+        (self.session).mark(kind, text).map_err(|failure| failed(&failure))
     }
 
     /// Lets the force fall, and ends the session.
-    fn stop(&self) {
-        self.0.stop();
+    fn stop(&self) -> PyResult<()> {
+        self.may_call(true)?;
+        self.session.stop();
+        Ok(())
     }
 
     /// Ends the session and closes the log; its report.

@@ -6,11 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from felt_threshold import Quest
 from two_interval import Observer, measure
 
-from fractional_haptics import log
+from fractional_haptics import log, session
 
 pytestmark = pytest.mark.filterwarnings("ignore::Warning")
 
@@ -44,6 +45,52 @@ def test_a_staircase_of_psychopy_is_that_of_its_observer_and_goes_on_after_a_sto
     arguments = ["-m", "pytest", "--quiet", "-p", "no:cacheprovider", "-W", "ignore", str(checks)]
     ended = subprocess.run([sys.executable, *arguments], cwd=checks.parent, capture_output=True, text=True)
     assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+def restless(chance: np.random.Generator, seen: set[str]):
+    """`Session.hand` of a hand that does what hands do."""
+    moves = session.Session.hand
+
+    def hand(self: session.Session, path: list[tuple[float, float]]) -> None:
+        deep_m = path[1][1]
+        kind = str(chance.choice(["as asked", "leaves", "holds", "jumps", "absent", "shakes", "inside", "sulks"]))
+        seen.add(kind)
+        # From where the one before has left it.
+        goes = {
+            "leaves": [(0.0, -3e-3), (0.02, deep_m), (0.05, -8e-3)],
+            "holds": [(0.0, -3e-3), (0.1, deep_m), (40.0, deep_m), (40.1, -3e-3)],
+            "jumps": [(0.0, -3e-3), (0.001, 3e-2), (0.15, 3e-2), (0.151, -3e-2)],
+            "absent": [(0.0, -3e-3)],
+            "shakes": [(n / 100, float(chance.uniform(-6e-3, deep_m))) for n in range(30)] + [(0.3, -3e-3)],
+            "inside": [(0.0, 6e-3), (3.0, 6e-3), (3.1, -3e-3), (3.2, 6e-3), (3.4, -3e-3)],
+            "sulks": [(0.0, 6e-3), (50.0, 6e-3), (50.1, -3e-3)],
+        }
+        moves(self, goes.get(kind, path))
+
+    return hand
+
+
+def test_whatever_hands_do_each_row_is_of_two_walls_that_were_touched(tmp_path, monkeypatch) -> None:
+    """`CAMPAIGN_CASES` sets how many hands, 3 by default; the campaign has 500."""
+    monkeypatch.chdir(tmp_path)
+    seen: set[str] = set()
+    for hand in range(int(os.environ.get("CAMPAIGN_CASES", 3))):
+        monkeypatch.setattr(session.Session, "hand", restless(np.random.default_rng([86, hand]), seen))
+        try:
+            measure(f"h{hand}", hand, lambda _: 1, Quest(), trials=3)
+        except TimeoutError as error:
+            # Nobody is there, and that is said.
+            assert "nobody touched the wall" in str(error) or "out" in str(error)
+        else:
+            assert len(rows(f"h{hand}")) == 3
+        monkeypatch.undo()
+        monkeypatch.chdir(tmp_path)
+        for row in rows(f"h{hand}"):
+            assert float(row["first_peak_n"]) > 0 and float(row["second_deepest_m"]) > 0
+        table = log.read_log(f"h{hand}-1.mcap")
+        answers = [kind for _, kind, _ in table.attrs["events"]].count("answer")
+        assert answers == len(rows(f"h{hand}")) and table.attrs["complete"] is True
+    assert len(seen) > 4
 
 
 class Sharp:

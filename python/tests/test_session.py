@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,8 @@ def test_what_is_felt_is_what_the_log_has(tmp_path: Path) -> None:
     assert table.attrs["metadata"]["experiment"]["experiment"] == "session"
     assert "document" not in table.attrs["metadata"]["experiment"]
     events = [(kind, text) for _, kind, text in table.attrs["events"]]
-    assert [kind for kind, _ in events] == ["feel", "feel", "rest", "feel", "pause", "answer"]
+    whole = ["feel", "certificate"]
+    assert [kind for kind, _ in events] == [*whole, *whole, "rest", *whole, "pause", "answer"]
     assert events[-1][1] == "second" and "surface 0.001 m" in events[0][1]
     for felt in (first, second, third):
         ticks = round(felt.duration_s / 1e-3)
@@ -56,9 +58,13 @@ def test_what_is_felt_is_what_the_log_has(tmp_path: Path) -> None:
         assert felt.mean_force_n == pytest.approx(force_n.mean())
         assert felt.rms_force_n == pytest.approx(np.sqrt((force_n**2).mean()))
         assert felt.deepest_m == pytest.approx(part["position_m"].max() - 1e-3)
-        assert "peak force" in str(felt)
+        assert "peak force" in str(felt) and felt.touched
+        # The fade takes longer than the second was felt, and ends with the touch.
+        exact = 0.0 if felt is second else 1.0
+        assert felt.exact_share == exact and (felt.largest_step_n > 0.0) == (felt is second)
     assert [round(felt.duration_s, 6) for felt in (first, second, third)] == [0.5, 0.1, 0.4]
-    assert second.tick == first.tick + 501 and seen[-1] == 500
+    # Two ticks after the last of the first: its certificate comes before.
+    assert second.tick == first.tick + 502 and seen[-1] == 500
 
 
 def test_the_same_session_is_the_same_log_bit_for_bit(tmp_path: Path) -> None:
@@ -83,7 +89,8 @@ def test_the_same_session_is_the_same_log_bit_for_bit(tmp_path: Path) -> None:
         (lambda s: s.feel(WALLS[1], seconds=1), ValueError, "was not allowed"),
         (lambda s: s.feel(WALLS[0]), ValueError, "give seconds or until"),
         (lambda s: s.feel(WALLS[0], seconds=-1.0), ValueError, "seconds = -1"),
-        (lambda s: s.feel(WALLS[0], seconds=1, surface="-8 mm"), ValueError, "the handle is at -5 mm, not in front of the surface at -8 mm"),
+        (lambda s: s.feel(WALLS[0], seconds=1, surface="-8 mm", patience="0.1 s"), TimeoutError, "not in front of the surface at -0.008 m after 0.1 s"),
+        (lambda s: on_thread(lambda: s.mark("a")), RuntimeError, "of the thread that opened it"),
         (lambda s: s.mark("answer", "first"), ValueError, "nothing was felt"),
         (lambda s: s.mark("", "first"), ValueError, "the kind of a mark"),
         (lambda s: s.hand([(0.0, 1.0)]), ValueError, "the path of the hand"),
@@ -104,8 +111,104 @@ def test_what_is_wrong_is_refused_in_a_line_and_without_a_force(call, error: typ
     assert not log.read_log(s.log)["commanded_force_n"].any()
     with pytest.raises(ValueError, match="already exists"):
         session.open(force_limit="2 N", log=s.log)
-    with pytest.raises(RuntimeError, match="the session is closed"):
-        s.feel(WALLS[0], seconds=1)
+    for late in (
+        lambda: s.feel(WALLS[0], seconds=1), lambda: s.allow(WALLS), s.rest, s.pause, lambda: s.hand(PRESS), lambda: s.mark("a")
+    ):  # fmt: skip
+        with pytest.raises(RuntimeError, match="^the session is closed$"):
+            late()
+
+
+def on_thread(call) -> None:
+    """Calls on another thread, and raises here what that raised."""
+    with ThreadPoolExecutor() as pool:
+        pool.submit(call).result()
+
+
+def test_a_stop_from_progress_is_refused_and_ends_the_session_and_one_from_a_thread_is_obeyed(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="^progress cannot call"):
+        with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+            s.allow(WALLS)
+            s.feel(WALLS[0], seconds=1e6, progress=lambda _: s.stop())
+    with pytest.raises(RuntimeError, match="interrupted.*its log"):
+        with session.open(force_limit="2 N", log=tmp_path / "p08.mcap") as s:
+            s.allow(WALLS)
+            timer = threading.Timer(0.2, s.stop)
+            timer.start()
+            s.feel(WALLS[0], seconds=1e6)
+    for name in ("p07.mcap", "p08.mcap"):
+        assert log.read_log(tmp_path / name).attrs["metadata"]["end"]["ended"] == "interrupted"
+
+
+def test_a_wall_that_the_touch_cannot_pay_for_is_said_to_be_softer(tmp_path: Path) -> None:
+    springs = [{"order": 1.0, "stiffness_n_per_m": stiffness, "dissipation_n_s_mu_per_m": 0.0} for stiffness in (100.0, 300.0)]
+    with session.open(force_limit="4 N", log=tmp_path / "p07.mcap") as s:
+        s.allow(springs)
+        s.hand([(0.0, -5e-3), (0.2, 8e-3)])
+        s.feel(springs[0], seconds=1.0)
+        with pytest.warns(RuntimeWarning, match="felt at down to 0.5"):
+            felt = s.feel(springs[1], seconds=1.0)
+        assert felt.energy_ticks > 800 and 0.5 < felt.least_factor < 0.6
+        # Touched anew it is whole.
+        s.hand([(0.0, 8e-3), (0.3, -5e-3), (0.6, 8e-3)])
+        s.rest()
+        again = s.feel(springs[1], seconds=0.5)
+        assert again.exact_share == 1.0
+    assert any("energy of their touch" in warning for warning in s.report["warnings"])
+    certificates = [text for _, kind, text in log.read_log(s.log).attrs["events"] if kind == "certificate"]
+    assert [text.split(";")[0] for text in certificates][::2] == ["exact 100.00 %"] * 2
+
+
+def test_a_wall_that_nobody_touches_was_no_trial(tmp_path: Path) -> None:
+    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+        s.allow(WALLS)
+        felt = s.feel(WALLS[0], seconds=0.5)
+        assert not felt.touched and felt.exact_share is None and felt.peak_force_n is None
+
+
+SIMULATED = """
+import sys
+from fractional_haptics import session
+wall = {"order": 0.5, "stiffness_n_per_m": 300.0, "dissipation_n_s_mu_per_m": 5.0}
+with session.open(force_limit="2 N", log=sys.argv[1]) as s:
+    s.allow([wall])
+    print("felt", flush=True)
+    s.feel(wall, seconds=1e6)
+"""
+
+FORKED = """
+import os, sys
+from fractional_haptics import session
+with session.open(force_limit="2 N", log=sys.argv[1]) as s:
+    child = os.fork()
+    if child == 0:
+        try:
+            s.pause()
+        except RuntimeError as error:
+            print(error, flush=True)
+    else:
+        os.waitpid(child, 0)
+        s.mark("parent")
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no forks here")
+def test_a_fork_has_no_session_and_its_parent_keeps_it(tmp_path: Path) -> None:
+    ended = subprocess.run([sys.executable, "-W", "ignore", "-c", FORKED, tmp_path / "p07.mcap"], capture_output=True, text=True, timeout=120)
+    assert ended.stdout.startswith("this session is of the process"), ended.stderr
+    assert ended.stderr.strip().splitlines()[-1].startswith("RuntimeError: this session is of the process")
+    assert ended.returncode == 0
+    assert log.read_log(tmp_path / "p07.mcap").attrs["metadata"]["end"]["ended"] == "finished"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no signals here")
+@pytest.mark.parametrize("number", ["SIGTERM", "SIGHUP", "SIGQUIT"])
+def test_a_signal_closes_the_log_of_a_simulation_too(number: str, tmp_path: Path) -> None:
+    person = subprocess.Popen([sys.executable, "-c", SIMULATED, tmp_path / "p07.mcap"], stdout=subprocess.PIPE, text=True)
+    assert person.stdout is not None and person.stdout.readline() == "felt\n"
+    person.send_signal(getattr(signal, number))
+    person.communicate(timeout=60)
+    assert person.returncode == -getattr(signal, number)
+    assert log.read_log(tmp_path / "p07.mcap").attrs["metadata"]["end"]["ended"] == "interrupted"
 
 
 def test_a_fault_ends_the_session_and_keeps_its_log(tmp_path: Path) -> None:
@@ -152,7 +255,7 @@ BUSY = {"watchdog_s": 1.0, "late_ticks": 0, "max_age_ticks": 1000}
 
 
 @on_emulated
-def test_a_board_is_armed_once_and_no_wall_begins_soft(tmp_path_factory) -> None:
+def test_a_board_is_armed_once_and_a_wall_that_comes_around_the_hand_pushes_nobody_out(tmp_path_factory) -> None:
     folder = tmp_path_factory.mktemp("s")
     board = Device(folder, "--kind own")
     name = f"tcp:127.0.0.1:{board.port}"
@@ -166,20 +269,21 @@ def test_a_board_is_armed_once_and_no_wall_begins_soft(tmp_path_factory) -> None
                 session.open(name, force_limit="2 N", log=folder / "q.mcap")
             felt = s.feel(WALLS[0], seconds=0.2, surface="12 mm")
             assert felt.contacts == 0 and felt.peak_force_n is None
-            changed = s.feel(WALLS[0], seconds=0.6, surface="3 mm")
-            assert changed.contacts >= 1 and changed.peak_force_n is not None
+            with pytest.warns(RuntimeWarning, match="no more energy"):
+                changed = s.feel(WALLS[0], seconds=0.6, surface="3 mm")
+            assert changed.touched and changed.energy_ticks > 0
             s.mark("answer", "second")
             with pytest.raises(TimeoutError):
                 s.rest(patience=0.1)
             s.pause()
-            with pytest.raises(ValueError, match="not in front of the surface"):
-                s.feel(WALLS[0], seconds=0.1, surface="3 mm")
+            with pytest.raises(TimeoutError, match="not in front of the surface"):
+                s.feel(WALLS[0], seconds=0.1, surface="3 mm", patience=0.2)
         table = log.read_log(folder / "p.mcap")
         kinds = [kind for _, kind, _ in table.attrs["events"] if kind != "lost"]
-        assert kinds == ["feel", "feel", "answer", "pause"]
+        assert kinds == ["feel", "certificate", "feel", "answer", "certificate", "pause"]
         assert table.attrs["metadata"]["end"]["ended"] == "finished"
-        # The spring of the wall holds a part of the push: its rest is nearer than 8 mm.
-        assert table["applied_force_n"].min() < -0.2 and table["applied_force_n"].iloc[-1] == 0.0
+        # The wall had taken no energy: it resists what goes deeper, and nothing comes back of more than that.
+        assert table["position_m"].iloc[-1] > 7.5e-3 and table["applied_force_n"].iloc[-1] == 0.0
     finally:
         board.ends()
 

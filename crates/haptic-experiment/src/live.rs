@@ -32,4 +32,4 @@ pub use haptic_trial::in_hand::ticking::{
 pub use keeper::{Keeper, Watch};
 pub use orders::{Orders, locked};
 pub use recording::{Finished, Recording};
-pub use session::{Session, SessionOptions, SessionReport};
+pub use session::{FeltWall, Session, SessionOptions, SessionReport};

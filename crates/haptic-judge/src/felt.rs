@@ -5,6 +5,7 @@
 //! force     |f| in contact: largest, mean, rms               deepest    the largest depth
 //! speed     the way of the handle over the time, from places 10 ms apart, so that noise is no motion
 //! ```
+//! A [`Certificate`] has how much of that was the law that was asked for.
 
 use fracdiff::Seconds;
 use serde::Serialize;
@@ -120,6 +121,104 @@ impl Tally {
             rms_force_n: touched((self.squares / inside).sqrt()),
             deepest_m: self.deepest_m,
             speed_m_per_s: self.way_m / duration_s.max(self.sample_time_s),
+        }
+    }
+}
+
+/// Largest difference from the law's force that does not count, N.
+const EXACT_N: f64 = 1e-8;
+
+/// Forces of a tick on their way to the device, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forces {
+    /// Force of the law that was asked for, alone.
+    pub asked_n: f64,
+    /// Force after the law that was felt before fades into it.
+    pub mixed_n: f64,
+    /// Force after the energy of the touch reduced it.
+    pub reduced_n: f64,
+    /// Force that was sent, after all limits.
+    pub sent_n: f64,
+}
+
+/// Proof of a stimulus: how much of it was the law that was asked for. Ticks without a force, asked or sent, do not count.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Certificate {
+    /// Share of the ticks whose force was the law's to 1e-8 N; null without a force.
+    pub exact_share: Option<f64>,
+    /// Ticks whose force another law had a part in.
+    pub fade_ticks: u64,
+    /// Ticks whose force the energy of the touch reduced.
+    pub energy_ticks: u64,
+    /// Ticks whose force a limit of the safety chain changed.
+    pub limit_ticks: u64,
+    /// The least factor by which the energy of the touch reduced the force; 1 if it did not.
+    pub least_factor: f64,
+    /// The largest change of the force from one tick to the next that the law did not make, N.
+    pub largest_step_n: f64,
+}
+
+/// A [`Certificate`] that is being made.
+#[derive(Clone, Copy, Debug)]
+pub struct Certifying {
+    ticks: u64,
+    exact: u64,
+    beside_n: Option<f64>,
+    so_far: Certificate,
+}
+
+impl Default for Certifying {
+    fn default() -> Self {
+        Self {
+            ticks: 0,
+            exact: 0,
+            beside_n: None,
+            so_far: Certificate {
+                exact_share: None,
+                fade_ticks: 0,
+                energy_ticks: 0,
+                limit_ticks: 0,
+                least_factor: 1.0,
+                largest_step_n: 0.0,
+            },
+        }
+    }
+}
+
+impl Certifying {
+    /// Takes the forces of a tick.
+    pub fn see(&mut self, forces: &Forces) {
+        let &Forces {
+            asked_n,
+            mixed_n,
+            reduced_n,
+            sent_n,
+        } = forces;
+        let beside_n = sent_n - asked_n;
+        let so_far = &mut self.so_far;
+        if let Some(before_n) = self.beside_n.replace(beside_n) {
+            so_far.largest_step_n = so_far.largest_step_n.max((beside_n - before_n).abs());
+        }
+        if asked_n == 0.0 && sent_n == 0.0 {
+            return;
+        }
+        let differ = |one_n: f64, other_n: f64| u64::from((one_n - other_n).abs() > EXACT_N);
+        self.ticks += 1;
+        self.exact += 1 - differ(sent_n, asked_n);
+        so_far.fade_ticks += differ(mixed_n, asked_n);
+        so_far.limit_ticks += differ(sent_n, reduced_n);
+        if differ(reduced_n, mixed_n) > 0 {
+            so_far.energy_ticks += 1;
+            so_far.least_factor = so_far.least_factor.min(reduced_n / mixed_n);
+        }
+    }
+
+    /// The certificate of all ticks that were seen so far.
+    #[must_use]
+    pub fn certificate(&self) -> Certificate {
+        Certificate {
+            exact_share: (self.ticks > 0).then(|| self.exact as f64 / self.ticks as f64),
+            ..self.so_far
         }
     }
 }

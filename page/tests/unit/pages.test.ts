@@ -3,6 +3,8 @@ import { test } from "node:test";
 import { joined } from "../../src/columns";
 import { keyOf } from "../../src/forms";
 import { certificate } from "../../src/certificate";
+import { isAsked, sentence } from "../../src/compare";
+import { blind } from "../../src/scene";
 import { wallFile } from "../../src/design-file";
 import { demonstrated } from "../../src/demonstration";
 import { textOf } from "../../src/drop";
@@ -91,4 +93,17 @@ test("curves at other times are drawn over each other without joining their gaps
   const { x, points } = joined([{ time: [0, 2], value: [1, 2] }, { time: [0, 1, 2], value: [3, null, 5] }]);
   assert.deepEqual(x, [0, 1, 2]);
   assert.deepEqual(points.map((line) => [...line]), [[1, undefined, 2], [3, null, 5]]);
+});
+
+test("a comparison shows nothing that tells the walls apart, and asks once both were touched", () => {
+  const held = { position: 2e-3, hand: 5e-3, force: 0.9, surface: 2e-3 };
+  assert.deepEqual(blind(held), { position: 5e-3, hand: NaN, force: 0, surface: 0 });
+  // As a softer wall that yields more, and as one that pushes a free probe out.
+  assert.deepEqual(blind({ ...held, position: 4e-3, force: 0.3, surface: 4e-3 }), blind(held));
+  assert.equal(blind({ ...held, hand: NaN }).position, 0);
+  const compared = { running: true, trial: 0, trials: 2, right: null, table: "" };
+  for (const [wall, touched] of [[0, true], [1, false], [1, true], [2, false], [2, true]] as const) {
+    const now = { ...compared, wall, touched };
+    assert.equal(isAsked(now), sentence(now).endsWith("which was stiffer?"));
+  }
 });

@@ -17,6 +17,7 @@ there is no force. After Ctrl-C, a signal or the end of Python the force ramps t
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,6 +43,8 @@ _LOOKS_EVERY_S = 0.02
 class Felt(Shown):
     """What was felt of a wall, in SI units."""
 
+    touched: bool
+    """The handle was behind the surface; if it was not, this was no trial: feel it again."""
     tick: int
     """The first tick, in the log."""
     time_s: float
@@ -62,6 +65,18 @@ class Felt(Shown):
     """Largest depth behind the surface; 0 without contact."""
     speed_m_per_s: float
     """Mean speed of the handle, in contact or not."""
+    exact_share: float | None
+    """Share of the ticks with a force, asked or sent, whose force was the wall's to 1e-8 N; None without a force."""
+    fade_ticks: int
+    """Ticks whose force another wall had a part in."""
+    energy_ticks: int
+    """Ticks whose force the energy of the touch reduced."""
+    limit_ticks: int
+    """Ticks whose force a limit changed."""
+    least_factor: float
+    """Least factor by which energy reduced the force; 1 if it did not."""
+    largest_step_n: float
+    """Largest change of the force in a tick that the wall itself did not make."""
 
     __str__ = Shown.__str__
 
@@ -110,12 +125,14 @@ class Session:
         seconds: Quantity | None = None,
         until: Callable[[], object] | None = None,
         surface: Quantity = 0.0,
+        patience: Quantity = 30.0,
         progress: Progress | None = None,
     ) -> Felt:
         """Makes a wall be felt, and sums what is felt of it. The wall stays until `rest`, `pause` or the next one.
 
-        Where no wall was, it begins with an empty memory, and the handle has to be in front of it. Where one is felt, this takes its
-        place without a bump, held or not, and has heard the same positions.
+        Where no wall was, it begins with an empty memory, as soon as the handle is in front of it. Where one is felt, this takes its
+        place without a bump, held or not, and has heard the same positions; it is whole after the fade, or a warning says that the
+        energy of the touch was not enough for that.
 
         Parameters
         ----------
@@ -127,15 +144,19 @@ class Session:
             Called each 20 ms; a true value ends it. With `seconds` too, whichever comes first.
         surface : float or str, default 0
             Place of its surface, m.
+        patience : float or str, default 30 s
+            For how long it waits for a handle that is behind the surface of a first wall, as one that was just switched on.
         progress : callable, optional
             Called now and then with the ticks felt; or a bar of ``tqdm``.
 
         Raises
         ------
         ValueError
-            A wall that was not allowed, a handle behind its surface.
+            A wall that was not allowed.
+        TimeoutError
+            The handle was still behind the surface after the patience. The wall does not come any more.
         RuntimeError
-            A fault, a lost device or a stop: the session has ended, its log is kept.
+            A fault, a lost device or a stop: the session has ended, its log is kept. A call from another thread, or from ``progress``.
         """
         number = self._allowed.get(_key(wall))
         if number is None:
@@ -145,7 +166,11 @@ class Session:
         _, surface_m = _native.quantity(["surface_m"], "surface", surface, isinstance(surface, int | float))
         sample_time = self._native.sample_time
         ticks = None if seconds is None else max(round(_seconds("seconds", seconds) / sample_time), 1)
-        self._native.feel(number, surface_m, ticks)
+        patience_s = _seconds("patience", patience)
+        if not self._native.feel(number, surface_m, ticks, patience_s):
+            raise TimeoutError(
+                f"the handle is not in front of the surface at {surface_m:g} m after {patience_s:g} s: ask for it to be moved out, then feel again"
+            )
         told = _told(progress)
         if until is None:
             assert ticks is not None
@@ -155,7 +180,15 @@ class Session:
             while (ticks is None or felt < ticks) and not until():
                 felt = felt + step if ticks is None else min(felt + step, ticks)
                 self._native.go_on(felt, told)
-        return Felt(**self._native.felt())
+        result = Felt(**self._native.felt())
+        if result.energy_ticks:
+            warnings.warn(
+                f"the wall was felt at down to {result.least_factor:.3f} of its force, in {result.energy_ticks} ticks: the touch in which it "
+                "came had no more energy for it; rest, and let it be touched anew",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        return result
 
     def rest(self, patience: Quantity = 30.0) -> None:
         """Waits until the handle has left the wall, which then goes.
@@ -182,7 +215,7 @@ class Session:
         self._native.mark(kind, text)
 
     def stop(self) -> None:
-        """Ends the session at once, from any thread: the force ramps to zero, the log is kept."""
+        """Ends the session at once, from any thread, but not from ``progress``: the force ramps to zero, the log is kept."""
         self._native.stop()
 
     def close(self) -> None:
@@ -195,9 +228,9 @@ class Session:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        if error is not None:
-            self.stop()
         try:
+            if error is not None:
+                self.stop()
             self.close()
         except RuntimeError:
             # What ended the session has been said already.

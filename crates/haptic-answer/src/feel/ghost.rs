@@ -51,7 +51,7 @@ impl Ghosting {
     /// Force at a position, N, which it then has heard.
     fn force(&mut self, position_m: f64) -> f64 {
         let x = Vector1::new(position_m);
-        let force = self.law.force(&self.history, &x)[0];
+        let force = self.law.wanted(&self.history, &x);
         self.law.advance(&mut self.history, &x);
         force
     }

@@ -45,8 +45,6 @@ fn ticked(
     let tick = |n| {
         engaged.device_mut().hand(pointer(n), true);
         let Ok(sample) = engaged.tick();
-        let force_n = sample.force.newtons()[0];
-        engaged.controller_mut().law_mut().1.sent(force_n);
         sample
     };
     (0..ticks).map(tick).collect()

@@ -24,7 +24,7 @@ use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
 use haptic_document::{Document, Failure, IN_LOG, Named as _};
-use haptic_judge::felt::{FeltSummary, Tally};
+use haptic_judge::felt::{Certificate, Certifying, FeltSummary, Tally};
 use haptic_judge::trial::no_wall;
 use haptic_link::LoopMode;
 use haptic_loop::plant::MassDamperConfig;
@@ -70,10 +70,16 @@ const WALL_KEYS: [&str; 5] = [
 const TICKS: u64 = 1_000_000_000;
 /// Ticks of virtual time at once, fewer than the ring to the keeper holds.
 const CHUNK: u64 = 2048;
+/// Ticks after which a wall that may begin has begun in virtual time.
+const AT_ONCE: u64 = 2;
 /// Ticks of virtual time from one look for a handle to the next.
 const REST_CHUNK: u64 = 20;
+/// Distance of a handle from the surface of a wall that is to begin, m: one that was just switched on stands at 0, whatever holds it.
+const CLEAR_M: f64 = 1e-5;
 /// The mark that answers what was felt.
 const ANSWER: &str = "answer";
+/// Event at the end of a wall.
+const CERTIFICATE: &str = "certificate";
 const NOT_ALLOWED: &str = "this wall is not among those that were allowed: allow it first";
 /// Push of an emulated device's hand if nobody asks for one, N: next to none.
 const NO_PUSH_N: f64 = 1e-6;
@@ -168,6 +174,23 @@ struct Course {
     surface_m: f64,
     /// A wall was felt since the last answer.
     may_answer: bool,
+    /// The newest wall whose certificate is in the log.
+    certified: u64,
+    /// Walls whose force the energy of a touch reduced.
+    reduced: u64,
+}
+
+/// A wall as it was felt, and as it was asked for.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FeltWall {
+    /// The handle was behind the surface; if it was not, this was no trial.
+    pub touched: bool,
+    /// Numbers of what was done and felt.
+    #[serde(flatten)]
+    pub felt: FeltSummary,
+    /// Share of that which was the wall that was asked for.
+    #[serde(flatten)]
+    pub certificate: Certificate,
 }
 
 /// An open session. Dropped, it is closed.
@@ -538,6 +561,12 @@ impl Session {
         }
     }
 
+    /// Refuses what comes after the end.
+    fn goes_on(&self) -> Result<(), Failure> {
+        let is_over = locked(&self.shared.kept).is_over;
+        if is_over { Err(self.over()) } else { Ok(()) }
+    }
+
     /// Stops the session, and waits until it has ended.
     fn interrupted(&self) -> Failure {
         self.stop.store(true, Ordering::Relaxed);
@@ -581,12 +610,17 @@ impl Session {
         self.t.0
     }
 
+    fn ticks_of(&self, time_s: f64) -> u64 {
+        ticks(time_s, self.t) as u64
+    }
+
     /// Judges walls, each with the keys of a `[wall]` for its law, on this device, free and in a hand. All may be felt, or none; the number
     /// of the first.
     ///
     /// # Errors
     /// The first that may not be felt, by its place among them, and why.
     pub fn allow(&self, walls: &[Document]) -> Result<usize, Failure> {
+        self.goes_on()?;
         let judged = walls.iter().enumerate().map(|(place, wall)| {
             let judged = self.judged(wall);
             judged.map_err(|failure| Failure::bad_input(format_args!("wall {place}: {failure}")))
@@ -627,17 +661,20 @@ impl Session {
     }
 
     /// Makes a wall be felt behind a surface, m, and begins to sum what is felt, over so many ticks at most. Where a wall is felt already,
-    /// this one takes its place without a bump, held or not.
+    /// this one takes its place without a bump, held or not. The first waits until the handle is in front of it; false if that takes longer
+    /// than the patience, s, and the wall does not come any more.
     ///
     /// # Errors
-    /// A wall that was not allowed; a handle that is beyond the surface of the first wall; a session that has ended.
+    /// A wall that was not allowed; a session that has ended.
     pub fn feel(
         &self,
         wall: usize,
         surface_m: f64,
         ticks: Option<u64>,
+        patience_s: f64,
         stops: Stops<'_>,
-    ) -> Result<(), Failure> {
+    ) -> Result<bool, Failure> {
+        self.goes_on()?;
         if !WORKSPACE_ENDS.range().contains(surface_m) {
             return Err(Failure::bad_input(format_args!(
                 "surface = {} is not {} m: change it",
@@ -648,15 +685,17 @@ impl Session {
         let mut course = locked(&self.course);
         let allowed = course.allowed.get(wall).cloned();
         let allowed = allowed.ok_or_else(|| Failure::bad_input(NOT_ALLOWED))?;
+        self.certify(&mut course)?;
         let number = course.number + 1;
         let event = event(
             "feel",
             format!("wall {wall}: {}, surface {surface_m} m", allowed.words),
         );
         let environment = Placed::new(allowed.law, surface_m);
-        let order = {
+        let (made, order) = {
             let mut kept = locked(&self.shared.kept);
             kept.tally = Tally::of(number, surface_m, ticks, self.t);
+            kept.certifying = Certifying::default();
             let stimulus = |law| {
                 Box::new(Stimulus {
                     law,
@@ -664,32 +703,47 @@ impl Session {
                     event: Some(event),
                 })
             };
-            match kept.stimulus {
-                0 => LoopOrder::Begin(stimulus(Law::untouched(environment)), surface_m, false),
-                _ => {
-                    let mut law = Law::standing(environment, kept.start_m);
-                    law.hear_from(kept.past_from, kept.past_m.iter().copied());
-                    LoopOrder::Change(stimulus(law))
-                }
-            }
+            let order = if kept.stimulus == 0 {
+                LoopOrder::Begin(stimulus(Law::untouched(environment)), surface_m - CLEAR_M)
+            } else {
+                let mut law = Law::standing(environment, kept.start_m);
+                law.hear_from(kept.past_from, kept.past_m.iter().copied());
+                LoopOrder::Change(stimulus(law))
+            };
+            (kept.made, order)
+        };
+        let waits = matches!(order, LoopOrder::Begin(..));
+        let patience = if waits {
+            self.ticks_of(patience_s)
+        } else {
+            u64::MAX
         };
         self.orders.give(order)?;
-        let refused = &self.orders.counts.refused;
-        let begun = self.wait(1, stops, |kept| {
-            let is_refused = refused.load(Ordering::Relaxed) == number;
-            let begun = (kept.stimulus == number).then_some(None);
-            begun.or_else(|| is_refused.then_some(Some(kept.position_m)))
-        })?;
         course.number = number;
-        if let Some(position_m) = begun {
-            return Err(Failure::bad_input(format_args!(
-                "the handle is at {}, not in front of the surface at {}: move it out, then feel again",
-                written("position_m", position_m),
-                written("surface_m", surface_m)
-            )));
+        if !self.came(number, made, patience, stops)? {
+            course.certified = number;
+            (self.orders).give(LoopOrder::Change(self.nothing(made, None)))?;
+            return Ok(false);
         }
         (course.surface_m, course.may_answer) = (surface_m, true);
-        Ok(())
+        Ok(true)
+    }
+
+    /// Waits for the first tick of a stimulus, so many ticks after this one at most; false if it did not come.
+    fn came(
+        &self,
+        number: u64,
+        made: u64,
+        patience: u64,
+        stops: Stops<'_>,
+    ) -> Result<bool, Failure> {
+        let came = |kept: &Kept, most: u64| {
+            let came = (kept.stimulus == number).then_some(true);
+            came.or_else(|| (kept.made - made > most).then_some(false))
+        };
+        // Virtual time stands still at the first tick, unless the handle has to move first.
+        let at_once = self.wait(1, stops, |kept| came(kept, patience.min(AT_ONCE)))?;
+        Ok(at_once || self.wait(REST_CHUNK, stops, |kept| came(kept, patience))?)
     }
 
     /// Goes on until this many ticks of the wall were felt.
@@ -718,8 +772,41 @@ impl Session {
 
     /// Numbers of what was felt of the newest wall so far.
     #[must_use]
-    pub fn felt(&self) -> FeltSummary {
-        locked(&self.shared.kept).tally.summary()
+    pub fn felt(&self) -> FeltWall {
+        let kept = locked(&self.shared.kept);
+        let felt = kept.tally.summary();
+        FeltWall {
+            touched: felt.contacts > 0,
+            felt,
+            certificate: kept.certifying.certificate(),
+        }
+    }
+
+    /// Puts the certificate of the wall that ends into the log.
+    fn certify(&self, course: &mut Course) -> Result<(), Failure> {
+        if course.certified == course.number {
+            return Ok(());
+        }
+        course.certified = course.number;
+        let Certificate {
+            exact_share,
+            fade_ticks,
+            energy_ticks,
+            limit_ticks,
+            least_factor,
+            largest_step_n,
+        } = self.felt().certificate;
+        course.reduced += u64::from(energy_ticks > 0);
+        let exact = exact_share.map_or_else(
+            || "no force".to_owned(),
+            |share| format!("exact {:.2} %", (1e4 * share).floor() / 100.0),
+        );
+        let text = format!(
+            "{exact}; ticks reduced by fade {fade_ticks}, by energy {energy_ticks} (least factor {least_factor:.3}), by limits \
+             {limit_ticks}; largest step {}",
+            written("largest_step_n", largest_step_n)
+        );
+        self.orders.give(LoopOrder::Event(event(CERTIFICATE, text)))
     }
 
     /// Waits until the handle has left the wall, which then goes; false if that takes longer than the patience, s. The wall goes then as
@@ -732,7 +819,7 @@ impl Session {
         self.without_wall(
             "rest",
             stops,
-            |stimulus| LoopOrder::Begin(stimulus, surface_m, true),
+            |stimulus| LoopOrder::Begin(stimulus, surface_m),
             Some(patience_s),
         )
     }
@@ -746,6 +833,17 @@ impl Session {
             .map(drop)
     }
 
+    /// The law of no force, which remembers nothing, whatever it has heard until this tick.
+    fn nothing(&self, made: u64, event: Option<EventMessage>) -> Box<Stimulus> {
+        let mut law = Law::untouched(Placed::new(self.nothing.clone(), 0.0));
+        law.next = made;
+        Box::new(Stimulus {
+            law,
+            number: 0,
+            event,
+        })
+    }
+
     fn without_wall(
         &self,
         kind: &str,
@@ -753,6 +851,7 @@ impl Session {
         order: impl FnOnce(Box<Stimulus>) -> LoopOrder,
         patience_s: Option<f64>,
     ) -> Result<bool, Failure> {
+        self.goes_on()?;
         let (made, felt) = {
             let kept = locked(&self.shared.kept);
             (kept.made, kept.stimulus)
@@ -760,16 +859,10 @@ impl Session {
         if felt == 0 {
             return Ok(true);
         }
-        let mut law = Law::untouched(Placed::new(self.nothing.clone(), 0.0));
-        // It remembers nothing, whatever it has heard.
-        law.next = made;
+        self.certify(&mut locked(&self.course))?;
         let event = Some(event(kind, String::new()));
-        self.orders.give(order(Box::new(Stimulus {
-            law,
-            number: 0,
-            event,
-        })))?;
-        let patience = patience_s.map_or(u64::MAX, |patience_s| ticks(patience_s, self.t) as u64);
+        self.orders.give(order(self.nothing(made, event)))?;
+        let patience = patience_s.map_or(u64::MAX, |patience_s| self.ticks_of(patience_s));
         self.wait(REST_CHUNK, stops, |kept| match kept.stimulus {
             0 => Some(true),
             _ => (kept.made - made > patience).then_some(false),
@@ -781,6 +874,7 @@ impl Session {
     /// # Errors
     /// A device that is not simulated here; times that do not grow, places beyond those of a hand.
     pub fn hand(&self, path: Vec<(f64, f64)>) -> Result<(), Failure> {
+        self.goes_on()?;
         if self.at_port {
             return Err(Failure::bad_input(
                 "the hand on a device is not this program's: only that on the simulated device is moved",
@@ -809,9 +903,7 @@ impl Session {
                 "the kind of a mark is empty or has several lines: name it in a word, as answer",
             ));
         }
-        if locked(&self.shared.kept).is_over {
-            return Err(self.over());
-        }
+        self.goes_on()?;
         let mut course = locked(&self.course);
         if kind == ANSWER && !std::mem::take(&mut course.may_answer) {
             return Err(Failure::bad_input(
@@ -833,6 +925,12 @@ impl Session {
     /// # Errors
     /// An end before, which nobody has heard of.
     pub fn close(&self) -> Result<SessionReport, Failure> {
+        let reduced = {
+            let mut course = locked(&self.course);
+            // A loop that has ended reads no orders, and says so below.
+            let _ = self.certify(&mut course);
+            course.reduced
+        };
         self.orders.leave();
         self.gate.iter().for_each(|gate| gate.open(u64::MAX));
         self.orders.join();
@@ -841,7 +939,13 @@ impl Session {
             .as_mut()
             .map(|ended| (ended.failure.take(), &ended.report))
         {
-            Some((None, Some(report))) => Ok(report.clone()),
+            Some((None, Some(report))) => {
+                let mut report = report.clone();
+                report.warnings.extend((reduced > 0).then(|| {
+                    format!("{reduced} walls were changed in the hand to more than the energy of their touch could pay for: see the events `{CERTIFICATE}` in the log")
+                }));
+                Ok(report)
+            }
             Some((Some(failure), _)) => Err(failure),
             _ => Err(Failure::run("the session has ended")),
         }

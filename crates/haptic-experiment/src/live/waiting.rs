@@ -3,7 +3,7 @@
 use super::keeper::Watch;
 use super::orders::locked;
 use super::ticking::Ticked;
-use haptic_judge::felt::Tally;
+use haptic_judge::felt::{Certifying, Forces, Tally};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -49,6 +49,7 @@ pub(super) struct Kept {
     pub(super) stimulus: u64,
     /// Sums over the ticks of the stimulus that is felt.
     pub(super) tally: Tally,
+    pub(super) certifying: Certifying,
     /// Positions that the law has heard, m, and the number of the first.
     pub(super) past_m: VecDeque<f64>,
     pub(super) past_from: u64,
@@ -66,7 +67,17 @@ impl Kept {
         self.stimulus = ticked.stimulus;
         let (reading, force) = (&ticked.sample.reading, ticked.sample.force.newtons());
         let at = (reading.tick, reading.time_s);
+        let counted = self.tally.ticks;
         (self.tally).see(ticked.stimulus, at, self.position_m, force[0]);
+        if self.tally.ticks > counted {
+            let reduced_n = ticked.sample.environment_force_n[0];
+            self.certifying.see(&Forces {
+                asked_n: ticked.asked.map_or(reduced_n, |asked| asked.new_n),
+                mixed_n: ticked.asked.map_or(reduced_n, |asked| asked.mixed_n),
+                reduced_n,
+                sent_n: force[0],
+            });
+        }
         if ticked.fresh || ticked.stimulus == 0 {
             self.past_m.clear();
             self.start_m = before_m;

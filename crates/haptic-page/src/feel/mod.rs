@@ -204,7 +204,7 @@ impl Feel {
             number,
             ..settings.law()?.into()
         };
-        (self.orders).give(LoopOrder::Begin(Box::new(stimulus), 0.0, true))
+        (self.orders).give(LoopOrder::Begin(Box::new(stimulus), 0.0))
     }
 
     pub(crate) fn compare_answer(&self, stiffer: u8) -> Result<(), Failure> {

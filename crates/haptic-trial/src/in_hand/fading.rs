@@ -8,9 +8,15 @@
 //! - *Energy*: a tissue that grows stiffer under a finger would push it back with more than the finger ever put in. So a touch
 //!   in which the law changed never gives more than it took:
 //! ```text
-//! A ← A − f_sent·Δx from the first contact on;    outwards, f·Δx > 0:  c ← c·A/(N·f·Δx) where that is below c
+//! A ← A − ½(f_before + f_sent)·Δx     from the first contact on, J
+//! c = min(1, P·A / (|f|·d))           d m to the surface that is left last;   P = 4
 //! ```
-//!   Inwards c comes back, by as much a tick as s. Out of contact A and c begin anew, and a change is done. Without a change c is 1, to the bit.
+//!   A spring gives ½|f|·d on its way out, so a wall up to P/2 times as stiff is whole at once. At rest c moves with the fade and no
+//!   faster; deeper in it comes back, by no more a tick than the fade moves; on the way out f falls as d^(P−1) at the steepest, so that A is
+//!   spent at the surface and not before, whatever the law. A law that comes around a hand that has touched nothing has no energy: it
+//!   resists what goes deeper, and d counts from where that began. In front of the surface A begins anew, and a change is done. Without a
+//!   change c is 1, to the bit.
+//! - *A touch that had less* than P·A = |f|·d when its law changed comes down to that in the time of the fade.
 
 use crate::in_hand::hand::START_M;
 use haptic_loop::Environment;
@@ -33,10 +39,32 @@ pub struct FadingHistory<H> {
     new: H,
     share: f64,
     touch: Touch,
+    asked: Option<Asked>,
 }
 
-/// N: a tick spends no more than 1/N of what the touch has taken.
-const SPEND: f64 = 4.0;
+/// A law behind a surface.
+pub trait Surfaced {
+    /// Place of its surface, m.
+    fn surface_m(&self) -> f64;
+}
+
+/// P: 2 would leave each stiffer wall as soft as the one before, until the next touch.
+const STEEPEST: f64 = 4.0;
+
+/// Least d, m: without energy a force stays zero where nobody moves.
+const LEAST_M: f64 = 1e-8;
+
+/// A touch that had next to nothing keeps its force no longer than it stands still.
+const LENT_MOST: f64 = 1e6;
+
+/// Forces of a tick after a change, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Asked {
+    /// Force of the law that was asked for, alone.
+    pub new_n: f64,
+    /// Force of both laws, before the energy of the touch reduces it.
+    pub mixed_n: f64,
+}
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Touch {
@@ -45,7 +73,11 @@ struct Touch {
     /// The force that was sent last, N, and where.
     sent_n: f64,
     position_m: f64,
-    changed: bool,
+    /// The surface that is left last, m, or where the energy began if the law came around a hand; `None` without a change.
+    exit_m: Option<f64>,
+    /// Factor on P·A when the law changed.
+    lent: f64,
+    /// The newest c.
     factor: f64,
 }
 
@@ -54,30 +86,46 @@ impl Touch {
         taken_j: 0.0,
         sent_n: 0.0,
         position_m: 0.0,
-        changed: false,
+        exit_m: None,
+        lent: 1.0,
         factor: 1.0,
     };
 
-    /// c of a force that the laws want at this place, N; `step` is by how much it may come back.
+    /// c of a force that the laws want at this place, N; of the fade this share is done, and a tick is this step of it.
     #[inline]
-    fn factor(&self, wanted_n: f64, position_m: f64, step: f64) -> f64 {
-        if !self.changed {
+    fn factor(&self, wanted_n: f64, position_m: f64, (share, step): (f64, f64)) -> f64 {
+        let Some(exit_m) = self.exit_m.filter(|_| wanted_n != 0.0) else {
             return 1.0;
-        }
+        };
         let moved = position_m - self.position_m;
-        let given = wanted_n * moved;
-        if given <= 0.0 {
-            // Inwards, or at rest.
-            let back = if given < 0.0 { step } else { 0.0 };
-            return f64::min(self.factor + back, 1.0);
-        }
-        // The energy from the force that is held until now is known.
-        let left = f64::max(self.taken_j - self.sent_n * moved, 0.0) / SPEND;
-        if self.factor * given > left {
-            left / given
+        let lent = STEEPEST * (1.0 + (self.lent - 1.0) * (1.0 - share));
+        // The force acts on half of this way, and of the next.
+        let left = f64::max(self.taken_j - 0.5 * self.sent_n * moved, 0.0);
+        let depth_m = f64::max(position_m - exit_m, LEAST_M);
+        let needed = wanted_n.abs() * depth_m + lent * wanted_n * moved;
+        let most = f64::min(self.factor + step, 1.0);
+        if most * needed > lent * left {
+            lent * left / needed
         } else {
-            self.factor
+            most
         }
+    }
+
+    /// The law changes; of these surfaces, m, one is left last.
+    fn change(&mut self, surfaces_m: [f64; 2]) {
+        let [one, other] = surfaces_m;
+        let begins_m = if self.taken_j > 0.0 {
+            f64::NEG_INFINITY
+        } else {
+            self.position_m
+        };
+        let surface_m = self.exit_m.unwrap_or(f64::INFINITY).min(one).min(other);
+        let exit_m = surface_m.max(begins_m);
+        self.exit_m = Some(exit_m);
+        // The force goes on from where it is.
+        let held_j = self.sent_n.abs() * f64::max(self.position_m - exit_m, 0.0);
+        let lent = held_j / (STEEPEST * f64::max(self.taken_j, f64::MIN_POSITIVE));
+        self.lent = lent.clamp(1.0, LENT_MOST);
     }
 }
 
@@ -143,7 +191,7 @@ impl<E: Environment<f64, 1>> Law<E> {
     }
 }
 
-impl<E: Environment<f64, 1>> Fading<E> {
+impl<E: Environment<f64, 1> + Surfaced> Fading<E> {
     /// One law alone; a later one takes `ticks` to come.
     pub fn new(law: E, ticks: u32) -> Self
     where
@@ -164,7 +212,7 @@ impl<E: Environment<f64, 1>> Fading<E> {
         mem::swap(&mut self.new, &mut next.environment);
         mem::swap(&mut history.new, &mut next.history);
         history.share = 0.0;
-        history.touch.changed = true;
+        (history.touch).change([&self.old, &self.new].map(Surfaced::surface_m));
     }
 
     /// `next` is felt at once, and becomes the law that was.
@@ -177,33 +225,48 @@ impl<E: Environment<f64, 1>> Fading<E> {
 
     /// The force that the laws want here, N, whatever this touch has taken.
     pub fn wanted(&self, history: &FadingHistory<E::History>, position_m: &Vector1<f64>) -> f64 {
-        let new = self.new.force(&history.new, position_m)[0];
-        if history.is_settled() {
-            return new;
-        }
-        let old = self.old.force(&history.old, position_m)[0];
-        old * (1.0 - history.share) + new * history.share
+        self.asked(history, position_m).mixed_n
     }
 
-    /// Books the motion to this place, before the laws hear of it.
-    #[inline]
-    fn book(&self, history: &mut FadingHistory<E::History>, position_m: &Vector1<f64>) {
-        let touch = history.touch;
-        let moved = position_m[0] - touch.position_m;
-        let wanted = if touch.changed || touch.sent_n == 0.0 {
-            self.wanted(history, position_m)
+    fn asked(&self, history: &FadingHistory<E::History>, position_m: &Vector1<f64>) -> Asked {
+        let new_n = self.new.force(&history.new, position_m)[0];
+        let mixed_n = if history.is_settled() {
+            new_n
         } else {
-            f64::NAN
+            let old_n = self.old.force(&history.old, position_m)[0];
+            old_n * (1.0 - history.share) + new_n * history.share
         };
-        if wanted == 0.0 {
-            // Out of contact: of both laws, since both push or are zero. So the old one may go at once.
-            history.touch = Touch::NONE;
+        Asked { new_n, mixed_n }
+    }
+
+    /// Books the motion to this place and the force that was sent there, N, before the laws hear of it.
+    #[inline]
+    fn book(
+        &self,
+        history: &mut FadingHistory<E::History>,
+        position_m: &Vector1<f64>,
+        sent_n: f64,
+    ) {
+        let touch = history.touch;
+        let at_m = position_m[0];
+        let looks = touch.exit_m.is_some() || touch.sent_n == 0.0;
+        let asked = looks.then(|| self.asked(history, position_m));
+        let wanted_n = asked.map_or(sent_n, |asked| asked.mixed_n);
+        history.touch.factor = touch.factor(wanted_n, at_m, (history.share, self.step));
+        history.touch.taken_j -= 0.5 * (touch.sent_n + sent_n) * (at_m - touch.position_m);
+        history.touch.sent_n = sent_n;
+        if wanted_n == 0.0 && looks {
+            // No law acts, since all push or are zero: so the old one may go at once.
             history.share = 1.0;
-        } else {
-            history.touch.taken_j -= touch.sent_n * moved;
-            history.touch.factor = touch.factor(wanted, position_m[0], self.step);
+            if at_m <= self.new.surface_m() {
+                history.touch = Touch::NONE;
+            }
         }
-        history.touch.position_m = position_m[0];
+        let is_spent = history.touch.taken_j <= 0.0;
+        let exit_m = |exit_m: f64| if is_spent { at_m } else { exit_m.min(at_m) };
+        history.touch.exit_m = history.touch.exit_m.map(exit_m);
+        history.touch.position_m = at_m;
+        history.asked = asked.filter(|_| history.touch.exit_m.is_some());
     }
 }
 
@@ -213,13 +276,13 @@ impl<H> FadingHistory<H> {
         self.share >= 1.0
     }
 
-    /// The force of this tick after all limits, N: what the books are kept of.
-    pub const fn sent(&mut self, force_n: f64) {
-        self.touch.sent_n = force_n;
+    /// Forces of the tick that was heard last; `None` where the law alone is felt, and is whole.
+    pub const fn asked(&self) -> Option<Asked> {
+        self.asked
     }
 }
 
-impl<E: Environment<f64, 1>> Environment<f64, 1> for Fading<E> {
+impl<E: Environment<f64, 1> + Surfaced> Environment<f64, 1> for Fading<E> {
     type History = FadingHistory<E::History>;
 
     fn at_rest(&self) -> Self::History {
@@ -228,18 +291,31 @@ impl<E: Environment<f64, 1>> Environment<f64, 1> for Fading<E> {
             new: standing(&self.new, START_M),
             share: 1.0,
             touch: Touch::NONE,
+            asked: None,
         }
     }
 
     #[inline]
     fn force(&self, history: &Self::History, position_m: &Vector1<f64>) -> Vector1<f64> {
         let wanted = self.wanted(history, position_m);
-        Vector1::new(wanted * history.touch.factor(wanted, position_m[0], self.step))
+        let factor = (history.touch).factor(wanted, position_m[0], (history.share, self.step));
+        Vector1::new(wanted * factor)
     }
 
     #[inline]
     fn advance(&self, history: &mut Self::History, position_m: &Vector1<f64>) {
-        self.book(history, position_m);
+        let force_n = self.force(history, position_m);
+        self.advance_applied(history, position_m, &force_n);
+    }
+
+    #[inline]
+    fn advance_applied(
+        &self,
+        history: &mut Self::History,
+        position_m: &Vector1<f64>,
+        applied_n: &Vector1<f64>,
+    ) {
+        self.book(history, position_m, applied_n[0]);
         self.new.advance(&mut history.new, position_m);
         if !history.is_settled() {
             self.old.advance(&mut history.old, position_m);
@@ -251,18 +327,27 @@ impl<E: Environment<f64, 1>> Environment<f64, 1> for Fading<E> {
 #[cfg(test)]
 mod tests {
     use crate::in_hand::fading::*;
+    use crate::in_hand::place::Placed;
     use fracdiff::{Operator, Order, Scheme, Seconds};
-    use haptic_loop::{Contact, SpringDamper};
+    use haptic_loop::plant::{MassDamper, MassDamperConfig};
+    use haptic_loop::units::{
+        Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
+    };
+    use haptic_loop::{Controller, Pushing, SafetyChain, Wall};
     use testkit::Random;
 
-    type Felt = Contact<f64, SpringDamper<f64, Operator<f64>>, 1>;
+    type Felt = Placed<Pushing<Wall<f64, Operator<f64>>>>;
 
-    fn tissue(order: f64, stiffness: f64, dissipation: f64) -> Felt {
+    fn placed(order: f64, stiffness: f64, dissipation: f64, surface_m: f64) -> Felt {
         let scheme: Scheme = "full".parse().expect("a scheme");
         let order = Order::new(order).expect("valid");
         let operator = scheme.build(order, Seconds(1e-3), 1e4).expect("made");
-        let inner = SpringDamper::new(stiffness, dissipation, operator).expect("valid");
-        Felt::at(haptic_loop::units::Metres(0.0), inner).expect("valid")
+        let wall = Wall::new(stiffness, dissipation, operator, Some(Metres(0.0)));
+        Placed::new(Pushing::new(wall.expect("valid"), false), surface_m)
+    }
+
+    fn tissue(order: f64, stiffness: f64, dissipation: f64) -> Felt {
+        placed(order, stiffness, dissipation, 0.0)
     }
 
     /// Energy that a law, changed at these ticks, has given in each touch of a motion, J; and the force at each tick. Of the
@@ -285,7 +370,6 @@ mod tests {
             let x = Vector1::new(motion(n));
             let force = fading.force(&history, &x)[0];
             fading.advance(&mut history, &x);
-            history.sent(force);
             if x[0] <= 0.0 {
                 touches.push(0.0);
             }
@@ -321,7 +405,7 @@ mod tests {
 
     #[test]
     fn a_touch_in_which_the_law_grows_stiffer_gives_no_more_than_it_took() {
-        let laws = [tissue(0.3, 100.0, 5.0), tissue(0.3, 1000.0, 50.0)];
+        let laws = [tissue(0.3, 100.0, 5.0), tissue(0.3, 180.0, 9.0)];
         // Two touches to 5 mm: in 0.3 s, held for 1 s, back in 0.3 s.
         let motion = |n: u32| {
             let t = f64::from(n % 2000);
@@ -358,6 +442,152 @@ mod tests {
                 assert!(*touch < 1e-6, "case {case}, touch {n}: {touch:e} J");
             }
         }
+    }
+
+    /// Forces of a tick in a hand, N, and its place, m.
+    struct Tick {
+        at_m: f64,
+        sent_n: f64,
+        asked: Option<Asked>,
+        alone_n: [f64; 2],
+    }
+
+    /// A law that becomes another at tick 1000 in a hand of this stiffness, N/m, which presses to the first place, m, moves to the
+    /// second at tick 900, holds, and leaves from tick 2500 on at a speed, m/s.
+    fn in_a_hand(laws: [&Felt; 2], stiffness: f64, deep_m: [f64; 2], speed: f64) -> Vec<Tick> {
+        const T: Seconds = Seconds(1e-3);
+        let hand = MassDamperConfig {
+            stiffness: NewtonsPerMetre(stiffness),
+            ..MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(10.0), T)
+        };
+        let mut device = MassDamper::<1>::new(hand).expect("valid");
+        device.set_state(Vector1::new(START_M), Vector1::new(0.0));
+        let chain = SafetyChain::new(Newtons(50.0), NewtonsPerSecond(1e6), T).expect("valid");
+        let fading = Fading::new(laws[0].clone(), 200);
+        let mut controller = Controller::<_, 1, _>::new(fading, chain);
+        let mut alone = laws.map(|law| Law::at_rest(law.clone()));
+        (0..3500)
+            .map(|n| {
+                let t = f64::from(n) * 1e-3;
+                let [first_m, then_m] = deep_m;
+                let moved_m = (then_m - first_m) * (20.0 * (t - 0.9)).clamp(0.0, 1.0);
+                let held_m = (START_M + 0.1 * t).min(first_m) + moved_m;
+                let place_m = (held_m - speed * (t - 2.5).max(0.0)).max(START_M);
+                device.set_external_force(Vector1::new(stiffness * place_m));
+                if n == 1000 {
+                    let (environment, history) = controller.law_mut();
+                    environment.change(history, &mut alone[1].clone());
+                }
+                let mut engaged = controller.engage(&mut device);
+                let Ok(sample) = engaged.tick();
+                std::mem::forget(engaged);
+                let x = sample.reading.position_m;
+                let alone_n = alone.each_mut().map(|law| {
+                    let force_n = law.environment.force(&law.history, &x)[0];
+                    law.hear(x[0]);
+                    force_n
+                });
+                Tick {
+                    at_m: x[0],
+                    sent_n: sample.force.newtons()[0],
+                    asked: controller.law_mut().1.asked(),
+                    alone_n,
+                }
+            })
+            .collect()
+    }
+
+    /// Pairs of 40 laws. `CAMPAIGN_CASES` sets how many, 20 by default; the campaign has 200.
+    #[test]
+    fn a_change_in_a_hand_is_no_step_and_the_wall_is_reached_or_it_is_known_that_it_is_not() {
+        let mut random = Random(86);
+        let laws = [(); 40].map(|()| {
+            let (order, stiffness) = (random.share(), random.between(30.0, 600.0));
+            let dissipation = random.between(0.0, 15.0);
+            placed(order, stiffness, dissipation, random.between(-5e-4, 5e-4))
+        });
+        let mut reached = 0;
+        let pairs = testkit::cases(20_u32);
+        for case in 0..pairs {
+            let pair = [(); 2].map(|()| &laws[(random.share() * 40.0) as usize]);
+            let (deep_m, speed) = (random.between(1e-3, 1e-2), random.between(5e-3, 0.3));
+            let then_m = deep_m * if random.chance(0.3) { 0.3 } else { 1.0 };
+            for stiffness in [100.0, 1500.0] {
+                let ticks = in_a_hand(pair, stiffness, [deep_m, then_m], speed);
+                let exit_m = pair[0].surface_m().min(pair[1].surface_m());
+                let mut taken_j = 0.0;
+                for (n, two) in ticks.windows(2).enumerate() {
+                    let (before, now) = (&two[0], &two[1]);
+                    let at = format!("case {case}, hand {stiffness} N/m, tick {}", n + 1);
+                    let moved = now.at_m - before.at_m;
+                    taken_j -= 0.5 * (before.sent_n + now.sent_n) * moved;
+                    if now.sent_n == 0.0 && now.at_m <= exit_m {
+                        taken_j = 0.0;
+                    }
+                    if n < 999 {
+                        assert_eq!(now.sent_n.to_bits(), now.alone_n[0].to_bits(), "{at}");
+                        continue;
+                    }
+                    assert!(taken_j > -1e-9, "{at}: {taken_j:e} J");
+                    // The laws' own steps by that motion, and a 200th of s and c; on the way out a force that falls as d³ falls
+                    // three times as fast as one that falls as d.
+                    let [a, b] = [0, 1].map(|law| (now.alone_n[law] - before.alone_n[law]).abs());
+                    let apart_n = (now.alone_n[0] - now.alone_n[1]).abs();
+                    let own = a.max(b) + (apart_n + before.sent_n.abs()) / 200.0;
+                    let steep = before.sent_n.abs() * moved.abs() / (before.at_m - exit_m);
+                    let most = own + 1e-9 + if n < 2500 { 1.0 } else { 3.0 } * steep;
+                    let step = (now.sent_n - before.sent_n).abs();
+                    assert!(step < most || steep < 0.0, "{at}: {step} N, not {most}");
+                }
+                let after = &ticks[1500];
+                if (after.sent_n - after.alone_n[1]).abs() < 1e-8 {
+                    reached += 1;
+                } else {
+                    let asked = after.asked.expect("known");
+                    assert_eq!(asked.new_n.to_bits(), after.alone_n[1].to_bits());
+                    assert!((asked.mixed_n - after.sent_n).abs() > 1e-9);
+                }
+            }
+        }
+        assert!(reached > pairs, "{reached} of {}", 2 * pairs);
+    }
+
+    #[test]
+    fn a_wall_that_comes_around_a_hand_resists_what_goes_deeper_and_pushes_nobody_out() {
+        let laws = [20e-3, 0.0].map(|surface_m| placed(0.5, 300.0, 2.0, surface_m));
+        // To 4 mm, to 5 mm, back to 4 mm and out.
+        let motion = |n: u32| {
+            let t = f64::from(n) * 1e-3;
+            let part = |from: f64, long: f64| ((t - from) / long).clamp(0.0, 1.0);
+            4.0e-3 * part(0.0, 0.3) + 1e-3 * (part(1.0, 0.2) - part(1.6, 0.2))
+                - 4.1e-3 * part(2.0, 0.3)
+        };
+        let (touches, forces) = given((&laws, 200), &[700], motion, 2500);
+        assert!(touches.iter().all(|touch| *touch < 1e-9), "{touches:?}");
+        let alone = given((&laws[1..], 200), &[], motion, 2500).1;
+        let share = |n: usize| forces[n] / alone[n];
+        assert!(share(999).abs() < 1e-12 && share(1199) > 0.9 && share(1900) < 1e-2);
+        let step = |n: usize| (forces[n] - forces[n - 1]).abs();
+        let largest = (701..2500).map(step).fold(0.0, f64::max);
+        // f falls as d³ from where 2·d² is δ²: 3·√2/δ.
+        assert!(
+            largest < 4.3 * 5e-6 * alone[1199].abs() / 1e-3,
+            "{largest} N"
+        );
+    }
+
+    #[test]
+    fn a_force_that_the_energy_took_comes_back_with_the_fade() {
+        let spent = Touch {
+            exit_m: Some(0.0),
+            lent: LENT_MOST,
+            position_m: 1e-3,
+            factor: 0.0,
+            ..Touch::NONE
+        };
+        // Inwards it takes energy in any case.
+        assert!((spent.factor(-1.0, 1.001e-3, (0.0, 0.005)) - 0.005).abs() < 1e-15);
+        assert!(spent.factor(-1.0, 0.999e-3, (0.0, 0.005)).abs() < 1e-15);
     }
 
     #[test]

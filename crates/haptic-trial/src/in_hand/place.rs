@@ -1,5 +1,6 @@
 //! A law whose surface lies somewhere else than at 0: it hears positions from there.
 
+use crate::in_hand::fading::Surfaced;
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 
@@ -19,6 +20,12 @@ impl<E> Placed<E> {
     /// A position as the law hears it.
     fn behind(&self, position_m: &Vector1<f64>) -> Vector1<f64> {
         Vector1::new(position_m[0] - self.surface_m)
+    }
+}
+
+impl<E> Surfaced for Placed<E> {
+    fn surface_m(&self) -> f64 {
+        self.surface_m
     }
 }
 

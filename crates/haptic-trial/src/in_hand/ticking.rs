@@ -1,7 +1,7 @@
 //! The loop of what is felt, whatever device and clock it has. It reads orders from a ring and puts what it did into another; nothing in it
 //! waits for anybody, allocates or frees.
 
-use super::fading::{Fading, Law};
+use super::fading::{Asked, Fading, Law};
 use super::law::Felt;
 use haptic_loop::{Controller, Environment as _, LoopSample};
 use haptic_message::EventMessage;
@@ -55,9 +55,8 @@ pub enum LoopOrder {
     Path(HandPath),
     /// Another law, as soon as it has heard the rest.
     Change(Box<Stimulus>),
-    /// A law that has heard nothing, where no force acts and the device is not beyond this place, m: now, or it is refused; with
-    /// `true` as soon as that is so.
-    Begin(Box<Stimulus>, f64, bool),
+    /// A law that has heard nothing, as soon as no force acts and the device is not beyond this place, m.
+    Begin(Box<Stimulus>, f64),
     /// After a stop or fault: begin anew with this law, which has heard nothing, unless more stops than these were asked for since.
     Arm(Box<Stimulus>, u64),
     /// The simulated world stands still, or goes on.
@@ -90,6 +89,8 @@ pub struct Ticked {
     pub fresh: bool,
     /// The number of the law that made the force.
     pub stimulus: u64,
+    /// Forces before they became the one of the sample; `None` where the law alone is felt, and is whole.
+    pub asked: Option<Asked>,
 }
 
 /// Facts of a tick that only the runner of a loop knows.
@@ -135,8 +136,6 @@ pub struct LoopCounts {
     pub acts: AtomicBool,
     /// A stop or fault has ended the work of the loop, until it is armed.
     pub stopped: AtomicBool,
-    /// The newest law that was to begin and was refused.
-    pub refused: AtomicU64,
 }
 
 /// The ends of both rings that the loop has.
@@ -162,7 +161,7 @@ pub fn rings() -> (Producer<LoopOrder>, LoopEnds, Consumer<FromLoop>) {
 }
 
 /// A law that is to begin, and the rest of its [order](LoopOrder::Begin).
-type Beginning = (Box<Stimulus>, f64, bool);
+type Beginning = (Box<Stimulus>, f64);
 
 /// The part of a loop that changes its law and reports its ticks.
 #[derive(Debug)]
@@ -181,6 +180,7 @@ pub struct Looping {
     begins: bool,
     /// The number of the law that is felt, and of the one in this tick.
     stimulus: (u64, u64),
+    asked: Option<Asked>,
     event: Option<EventMessage>,
     /// The loop comes to rest, or is there.
     pub stopping: bool,
@@ -201,6 +201,7 @@ impl Looping {
             fresh: true,
             begins: false,
             stimulus: (0, 0),
+            asked: None,
             event: None,
             stopping: false,
         }
@@ -233,9 +234,9 @@ impl Looping {
                     self.overtaken();
                     self.pending = Some(ready);
                 }
-                LoopOrder::Begin(ready, most_m, waits) => {
+                LoopOrder::Begin(ready, most_m) => {
                     self.overtaken();
-                    self.beginning = Some((ready, most_m, waits));
+                    self.beginning = Some((ready, most_m));
                 }
                 LoopOrder::Event(event) => self.event = Some(event),
                 order @ (LoopOrder::Hand(..)
@@ -248,7 +249,7 @@ impl Looping {
 
     /// Laws that wait are not wanted any more.
     fn overtaken(&mut self) {
-        let beginning = self.beginning.take().map(|(stimulus, ..)| stimulus);
+        let beginning = self.beginning.take().map(|(stimulus, _)| stimulus);
         for stimulus in [self.pending.take(), beginning].into_iter().flatten() {
             self.spend(stimulus);
         }
@@ -314,8 +315,7 @@ impl Looping {
         self.next += 1;
         self.stimulus.1 = self.stimulus.0;
         self.fresh |= std::mem::take(&mut self.begins);
-        let force_n = sample.force.newtons()[0];
-        controller.law_mut().1.sent(force_n);
+        self.asked = controller.law_mut().1.asked();
         self.catch_up(controller);
         self.begin(controller, position_m);
     }
@@ -334,6 +334,7 @@ impl Looping {
             stopping: self.stopping,
             fresh: self.fresh,
             stimulus: self.stimulus.1,
+            asked: self.asked,
         };
         if self.ends.out.push(FromLoop::Tick(ticked)).is_err() {
             self.counts.lost.fetch_add(1, Ordering::Relaxed);
@@ -349,6 +350,7 @@ impl Looping {
     /// A law that waits hears some of the positions that it has missed; when it has heard all, and no other change is in progress, it
     /// begins to be felt.
     fn catch_up(&mut self, controller: &mut FeltController) {
+        let has_room = self.has_room();
         let Some(ready) = &mut self.pending else {
             return;
         };
@@ -360,18 +362,23 @@ impl Looping {
             law.hear(self.recent[(law.next % RECENT as u64) as usize]);
         }
         let (environment, history) = controller.law_mut();
-        if law.next == self.next && history.is_settled() && self.spent.is_none() {
+        if law.next == self.next && history.is_settled() && has_room {
             environment.change(history, law);
             self.becomes_felt();
         }
     }
 
+    /// Law and event of a beginning find nothing in their way.
+    const fn has_room(&self) -> bool {
+        self.spent.is_none() && self.event.is_none()
+    }
+
     /// A law that is to begin does so where the device is free of force, in front of its surface.
     fn begin(&mut self, controller: &mut FeltController, position_m: f64) {
-        if self.pending.is_some() || self.spent.is_some() {
+        if self.pending.is_some() || !self.has_room() {
             return;
         }
-        let Some((mut ready, most_m, waits)) = self.beginning.take() else {
+        let Some((mut ready, most_m)) = self.beginning.take() else {
             return;
         };
         let x = Vector1::new(position_m);
@@ -385,11 +392,8 @@ impl Looping {
             self.begins = true;
             self.pending = Some(ready);
             self.becomes_felt();
-        } else if waits {
-            self.beginning = Some((ready, most_m, waits));
         } else {
-            self.counts.refused.store(ready.number, Ordering::Relaxed);
-            self.spend(ready);
+            self.beginning = Some((ready, most_m));
         }
     }
 
@@ -397,7 +401,7 @@ impl Looping {
     fn becomes_felt(&mut self) {
         if let Some(mut felt) = self.pending.take() {
             self.stimulus.0 = felt.number;
-            self.event = felt.event.take().or(self.event.take());
+            self.event = felt.event.take();
             self.spend(felt);
         }
     }
