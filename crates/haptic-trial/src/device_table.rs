@@ -10,6 +10,7 @@ use haptic_document::parameters::{Parameter, SENSOR_NOISE};
 use haptic_document::{FileError, Interval, Parsed, Table, parameters as p, text_of};
 use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use haptic_quantity::Key;
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -103,9 +104,11 @@ pub fn samples_fit(
         return Ok(());
     }
     Err(table.fail_at("duration_s", format_args!(
-        "duration_s = {duration_s} is {samples} samples of {sample_time_s} s, not in [{}, {:e}]: change `duration_s` or `sample_time_s`",
+        "duration_s = {duration_s} is {samples} samples of {sample_time_s} s, not in [{}, {:e}]: change {length} or {step}",
         range.start(),
         range.end(),
+        length = Key("duration_s"),
+        step = Key("sample_time_s"),
         duration_s = Shown(duration_s),
         sample_time_s = Shown(sample_time_s)
     )))

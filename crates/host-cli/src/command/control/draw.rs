@@ -32,6 +32,22 @@ pub(super) fn over_time(values: &[f64], sample_time_s: f64) -> Points {
         .collect()
 }
 
+/// Time over which a step is drawn: twice as long as it takes to settle, where nobody has asked for a length.
+fn time_axis(found: &Simulated, asked: &ControlLoop) -> AxisSpec<'static> {
+    let axis = linear("time / s");
+    let shapes = [&found.report["shape"], &found.report["integer"]["shape"]];
+    let mut shapes = shapes.iter().filter(|shape| !shape.is_null());
+    let longest = shapes.try_fold(0.0_f64, |longest, shape| {
+        Some(longest.max(shape["settling_time_s"].as_f64()?))
+    });
+    let whole = found.response.measured.len() as f64 * found.sample_time_s;
+    let is_free = asked.form.duration_s.is_none() && asked.form.reference.is_empty();
+    match longest.filter(|settled| is_free && (0.0..0.5 * whole).contains(settled)) {
+        Some(settled) if settled > 0.0 => axis.between(0.0, 2.0 * settled),
+        _ => axis,
+    }
+}
+
 /// A run of a loop, or of a plant without a controller: output over reference, command below; beside a integer-order PID where there is one.
 pub(super) fn draw_run(found: &Simulated, asked: &ControlLoop) -> Result<Picture, FigureError> {
     let (title, name) = match asked.controller {
@@ -49,11 +65,11 @@ pub(super) fn draw_run(found: &Simulated, asked: &ControlLoop) -> Result<Picture
     let integer = found.integer.as_ref();
     let integer = integer.map(|other| (points(&other.measured), points(&other.command)));
     let axis = command_axis(&command, integer.as_ref().map(|(_, command)| command));
-    let time = || linear("time / s");
-    let mut outputs = Panel::new("output", time(), linear("output"))
+    let time = time_axis(found, asked);
+    let mut outputs = Panel::new("output", time, linear("output"))
         .with("reference", Look::Dotted, 5, reference)
         .with(name, Look::Line, 0, output);
-    let commands = Panel::new("command", time(), axis);
+    let commands = Panel::new("command", time, axis);
     let mut commands = commands.with(name, Look::Line, 0, command);
     if let Some((output, command)) = integer {
         let name = "integer-order PID, same crossover and margin";

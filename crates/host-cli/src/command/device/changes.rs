@@ -389,7 +389,7 @@ mod tests {
         for (line, why) in [
             ("stiffness", "is not KEY=VALUE"),
             ("spring=1", "does not name a parameter"),
-            ("stiffness=1 stiffness_n_per_m=2", "is given twice"),
+            ("stiffness=20 stiffness_n_per_m=2", "is given twice"),
             ("mass=1e9kg", "is not above 0 and at most 100 kg"),
             ("watchdog=1ms", "is not from 5 ms to 1 s"),
             ("watchdog=5.5ms", "is not a whole number of milliseconds"),
@@ -420,6 +420,7 @@ mod tests {
                 "scheme" => "full",
                 "guard" => "off",
                 "workspace" => "-1mm:1mm",
+                "stiffness" => "1N/m",
                 _ => "1",
             };
             let mut changes = Changes::default();
