@@ -159,7 +159,7 @@ impl Alone {
             }
             if self.live.is_on() && now_ms >= frame_ms + 1e3 / f64::from(FRAMES_PER_S) {
                 self.sent_ms.0 = now_ms;
-                let t = held.beside.state.sample_time_s;
+                let t = held.company.state.sample_time_s;
                 let frame = self.live.next_frame(kept(&mut self.kept), t);
                 self.out.extend(frame.map(ToPage::Frame));
             }
@@ -184,7 +184,7 @@ impl Alone {
             return status;
         };
         let made = held.made();
-        let of_loop = held.beside.state.status((made, 0), made);
+        let of_loop = held.company.state.status((made, 0), made);
         for (key, value) in of_loop.as_object().into_iter().flatten() {
             status[key] = value.clone();
         }
@@ -199,7 +199,7 @@ impl Alone {
             status[timing] = Value::Null;
         }
         status["paused"] = held.is_paused().into();
-        let t = held.beside.state.sample_time_s;
+        let t = held.company.state.sample_time_s;
         self.live.add_to(&mut status, kept(&mut self.kept), t);
         status
     }
@@ -246,7 +246,7 @@ impl Alone {
             }
             PageRequest::FeelPause { paused } => json!(self.held()?.pause(paused)?),
             PageRequest::FeelMark { text } => {
-                let state = &self.held()?.beside.state;
+                let state = &self.held()?.company.state;
                 let mark = json!({"tick": state.tick, "time_s": state.time_s, "text": text});
                 self.say(&json!({"mark": mark}));
                 Value::Null
@@ -311,7 +311,7 @@ impl Alone {
     fn sample_time_s(&self) -> f64 {
         let usual = DeviceNumbers::default().sample_time_s;
         let held = self.held.as_ref();
-        held.map_or(usual, |held| held.beside.state.sample_time_s)
+        held.map_or(usual, |held| held.company.state.sample_time_s)
     }
 
     fn start(&mut self, start: FeelChange) -> Result<Value, Failure> {

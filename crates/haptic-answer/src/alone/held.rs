@@ -1,6 +1,6 @@
 //! A loop in virtual time, which goes on as somebody's clock says.
 
-use crate::feel::ghost::Beside;
+use crate::feel::ghost::Company;
 use crate::feel::state::POSITION;
 use crate::feel::{FeelSettings, JudgedFeel};
 use crate::pyramid::Pyramid;
@@ -21,7 +21,7 @@ const AT_A_TIME: u64 = 250;
 #[derive(Debug)]
 pub(super) struct HeldLoop {
     pub(super) felt: JudgedFeel,
-    pub(super) beside: Beside,
+    pub(super) company: Company,
     orders: Producer<LoopOrder>,
     from_loop: Consumer<FromLoop>,
     counts: Arc<LoopCounts>,
@@ -42,14 +42,14 @@ impl HeldLoop {
         let engaged = controller.into_engaged(settings.device.simulated()?);
         let ghosts = settings.ghost_laws()?;
         pyramid.clear();
-        let mut beside = Beside::new(t);
-        beside.draw(ghosts, pyramid);
+        let mut company = Company::new(t);
+        company.draw(ghosts, pyramid);
         let (orders, ends, from_loop) = rings();
         let counts = Arc::<LoopCounts>::default();
         Ok(Self {
             running: Running::new(ends, Arc::clone(&counts)),
             felt,
-            beside,
+            company,
             orders,
             from_loop,
             counts,
@@ -106,7 +106,7 @@ impl HeldLoop {
         let first = pyramid.samples_from(from, POSITION, &mut past);
         let (law, ghosts) = next.settings.laws_after(first, &past)?;
         self.give(LoopOrder::Change(Box::new(law.into())))?;
-        self.beside.draw(ghosts, pyramid);
+        self.company.draw(ghosts, pyramid);
         self.felt = next;
         Ok(())
     }
@@ -118,7 +118,7 @@ impl HeldLoop {
         let due = ((now_ms - next_ms) / period_ms).max(0.0).floor() as u64;
         self.next_ms = Some(next_ms + due as f64 * period_ms);
         let left_out = due.saturating_sub(AT_A_TIME);
-        let was_well = self.beside.state.fault.is_none();
+        let was_well = self.company.state.fault.is_none();
         for tick in left_out..due {
             self.running.obeys(&mut self.engaged);
             // Virtual time takes none.
@@ -126,11 +126,11 @@ impl HeldLoop {
             self.running.tick(&mut self.engaged, || 0, (0, skipped));
             while let Ok(news) = self.from_loop.pop() {
                 if let FromLoop::Tick(ticked) = news {
-                    pyramid.push(&self.beside.take(&ticked));
+                    pyramid.push(&self.company.take(&ticked));
                 }
             }
         }
-        self.beside.settle(pyramid);
-        self.beside.state.fault.filter(|_| was_well)
+        self.company.settle(pyramid);
+        self.company.state.fault.filter(|_| was_well)
     }
 }

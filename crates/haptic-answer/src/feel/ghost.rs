@@ -68,14 +68,14 @@ pub type GhostLaws = [Option<Law<Felt>>; 2];
 
 /// Company of a loop, tick by tick.
 #[derive(Debug)]
-pub struct Beside {
+pub struct Company {
     /// The newest of the loop.
     pub state: FeelState,
     ghosts: [Option<Ghosting>; 2],
     before: Option<(f64, f64)>,
 }
 
-impl Beside {
+impl Company {
     /// Nothing yet of a loop with this period.
     #[must_use]
     pub fn new(sample_time: Seconds) -> Self {

@@ -3,7 +3,7 @@
 use super::compare::Comparison;
 use crate::Announce;
 use crate::folder::next_folder;
-use haptic_answer::feel::ghost::{Beside, GhostLaws};
+use haptic_answer::feel::ghost::{Company, GhostLaws};
 use haptic_answer::feel::{CHANNELS, FeelState};
 use haptic_answer::pyramid::Pyramid;
 use haptic_experiment::Failure;
@@ -61,7 +61,7 @@ pub(super) struct Watching {
 }
 
 pub(super) struct Work {
-    beside: Beside,
+    company: Company,
     recording: Option<Recording>,
     took_ns: Durations,
     late_ns: Durations,
@@ -104,7 +104,7 @@ impl Watch for Watching {
         match task {
             KeeperTask::Ghosts(laws) => {
                 let pyramid = locked(&self.place.kept.pyramid);
-                work.beside.draw(*laws, &pyramid);
+                work.company.draw(*laws, &pyramid);
             }
             KeeperTask::Record(metadata, answer) => {
                 let result = match &work.recording {
@@ -124,7 +124,7 @@ impl Watch for Watching {
                 let _ = answer.send(result);
             }
             KeeperTask::Mark(text) => {
-                let (tick, time_s) = (work.beside.state.tick, work.beside.state.time_s);
+                let (tick, time_s) = (work.company.state.tick, work.company.state.time_s);
                 if let Some(recording) = &mut work.recording {
                     recording.event(time_s, "mark", text.clone());
                 }
@@ -137,8 +137,8 @@ impl Watch for Watching {
     fn take(&mut self, ticked: &Ticked) {
         let work = &mut self.work;
         let sample = &ticked.sample;
-        let was_well = work.beside.state.fault.is_none();
-        let row = work.beside.take(ticked);
+        let was_well = work.company.state.fault.is_none();
+        let row = work.company.take(ticked);
         let time_s = sample.reading.time_s;
         if was_well && let Some(fault) = sample.fault {
             self.place.announce.notice(format!("stopped: {fault}"));
@@ -149,7 +149,7 @@ impl Watch for Watching {
         work.took_ns.record(ticked.around.took_ns);
         work.late_ns.record(ticked.around.late_ns);
         if let Some(recording) = &mut work.recording
-            && !recording.tick(ticked, work.beside.state.energy_j)
+            && !recording.tick(ticked, work.company.state.energy_j)
             && let Some(recording) = work.recording.take()
         {
             closed(&self.place, &recording.finish());
@@ -157,7 +157,7 @@ impl Watch for Watching {
         let mut comparison = locked(&self.place.kept.comparison);
         let ended = comparison
             .as_mut()
-            .and_then(|comparison| comparison.tick(ticked, work.beside.state.energy_j));
+            .and_then(|comparison| comparison.tick(ticked, work.company.state.energy_j));
         drop(comparison);
         if let Some(ended) = ended {
             closed(&self.place, &ended);
@@ -172,15 +172,15 @@ impl Watch for Watching {
             for row in self.rows.drain(..) {
                 pyramid.push(&row);
             }
-            work.beside.settle(&pyramid);
+            work.company.settle(&pyramid);
         }
         let recording = work.recording.as_ref();
-        work.beside.state.recording = recording.map(|recording| recording.name.clone());
-        work.beside.state.recorded = recording.map_or(0, |recording| recording.samples);
+        work.company.state.recording = recording.map(|recording| recording.name.clone());
+        work.company.state.recorded = recording.map_or(0, |recording| recording.samples);
         if work.counted.elapsed() >= COUNTED {
             work.count();
         }
-        locked(&self.place.kept.state).clone_from(&work.beside.state);
+        locked(&self.place.kept.state).clone_from(&work.company.state);
     }
 }
 
@@ -196,7 +196,7 @@ fn closed(place: &FeelPlace, result: &Result<Finished, Failure>) {
 impl Work {
     pub(super) fn new(sample_time: Seconds) -> Result<Self, Failure> {
         Ok(Self {
-            beside: Beside::new(sample_time),
+            company: Company::new(sample_time),
             recording: None,
             took_ns: Durations::default(),
             late_ns: Durations::default(),
@@ -207,10 +207,10 @@ impl Work {
     fn count(&mut self) {
         self.counted = Moment::now();
         let us = |times: &Durations, share| times.quantile(share) as f64 * 1e-3;
-        self.beside.state.tick_p50_us = us(&self.took_ns, 0.5);
-        self.beside.state.tick_p999_us = us(&self.took_ns, 0.999);
-        self.beside.state.tick_max_us = self.took_ns.max() as f64 * 1e-3;
-        self.beside.state.late_p50_us = us(&self.late_ns, 0.5);
-        self.beside.state.late_p999_us = us(&self.late_ns, 0.999);
+        self.company.state.tick_p50_us = us(&self.took_ns, 0.5);
+        self.company.state.tick_p999_us = us(&self.took_ns, 0.999);
+        self.company.state.tick_max_us = self.took_ns.max() as f64 * 1e-3;
+        self.company.state.late_p50_us = us(&self.late_ns, 0.5);
+        self.company.state.late_p999_us = us(&self.late_ns, 0.999);
     }
 }
