@@ -19,6 +19,7 @@
 //! - *A touch that had less* than P·A = |f|·d when its law changed comes down to that in the time of the fade.
 
 use crate::in_hand::hand::START_M;
+use crate::in_hand::place::Surfaced;
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 use std::mem;
@@ -40,12 +41,6 @@ pub struct FadingHistory<H> {
     share: f64,
     touch: Touch,
     asked: Option<Asked>,
-}
-
-/// A law behind a surface.
-pub trait Surfaced {
-    /// Place of its surface, m.
-    fn surface_m(&self) -> f64;
 }
 
 /// P: 2 would leave each stiffer wall as soft as the one before, until the next touch.
