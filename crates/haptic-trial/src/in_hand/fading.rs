@@ -19,6 +19,7 @@
 //! - *A touch that had less* than P·A = |f|·d when its law changed comes down to that in the time of the fade.
 
 use crate::in_hand::hand::START_M;
+use crate::in_hand::place::Surfaced;
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 use std::mem;
@@ -40,12 +41,6 @@ pub struct FadingHistory<H> {
     share: f64,
     touch: Touch,
     asked: Option<Asked>,
-}
-
-/// A law behind a surface.
-pub trait Surfaced {
-    /// Place of its surface, m.
-    fn surface_m(&self) -> f64;
 }
 
 /// P: 2 would leave each stiffer wall as soft as the one before, until the next touch.
@@ -401,25 +396,6 @@ mod tests {
             .map(|pair| (pair[1] - pair[0]).abs());
         let (largest, apart) = (steps.fold(0.0, f64::max), (old[500] - new[500]).abs());
         assert!(apart > 10.0 * largest, "{largest} of {apart}");
-    }
-
-    #[test]
-    fn a_touch_in_which_the_law_grows_stiffer_gives_no_more_than_it_took() {
-        let laws = [tissue(0.3, 100.0, 5.0), tissue(0.3, 180.0, 9.0)];
-        // Two touches to 5 mm: in 0.3 s, held for 1 s, back in 0.3 s.
-        let motion = |n: u32| {
-            let t = f64::from(n % 2000);
-            5e-3 * (t / 300.0).min(1.0).min((1600.0 - t) / 300.0) - 1e-4
-        };
-        let (touches, forces) = given((&laws, 200), &[700], motion, 4000);
-        let most = touches.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        assert!(most < 1e-9, "{most:e} J given");
-        // It is felt at once where nobody moves, and in the next touch as if it had always been.
-        let alone = given((&laws[1..], 200), &[], motion, 4000).1;
-        assert!((forces[1100] / alone[1100] - 1.0).abs() < 1e-12);
-        for n in 2000..4000 {
-            assert_eq!(forces[n].to_bits(), alone[n].to_bits(), "tick {n}");
-        }
     }
 
     #[test]

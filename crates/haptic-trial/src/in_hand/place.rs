@@ -1,8 +1,13 @@
 //! A law whose surface lies somewhere else than at 0: it hears positions from there.
 
-use crate::in_hand::fading::Surfaced;
 use haptic_loop::Environment;
 use nalgebra::Vector1;
+
+/// A law behind a surface.
+pub trait Surfaced {
+    /// Place of its surface, m.
+    fn surface_m(&self) -> f64;
+}
 
 /// A law behind a surface, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
