@@ -134,34 +134,60 @@ const ROBOTS: [[f64; 8]; 10] = [
     [60.0, 0.7, 0.5, 300.0, 1.0, 1.0, 20.0, 5000.0],
 ];
 
-/// C18: at equal robustness, proved, a fractional body needs less effort than a mass and damper on any robot, but not than a lagged mass.
+/// C18, that the order buys effort at equal robustness: of least effort with a fifth more of the hands proved, and settled in trials.
+///
+/// Per robot, less effort than a mass and damper by an order below 1 and by one above 1; less than a lagged mass by any order.
+const BUYS: [[bool; 3]; 10] = [
+    [true, false, false],
+    [false, true, true],
+    [false, false, false],
+    [true, false, false],
+    [false, true, true],
+    [false, true, false],
+    [false, false, false],
+    [true, false, false],
+    [false, true, true],
+    [false, true, true],
+];
+
 #[test]
-#[ignore = "long: `.ci/nightly` does it, or --include-ignored"]
-fn the_order_buys_effort_against_a_mass_and_damper_and_quiet_against_a_lagged_mass() {
-    for robot @ [bandwidth, ratio, dead, cutoff, t, mass, damping, stiffest] in ROBOTS {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_the_order_buys_effort_on_some_robots_and_quiet_on_all() {
+    for ([bandwidth, ratio, dead, cutoff, t, mass, damping, stiffest], buys) in
+        ROBOTS.into_iter().zip(BUYS)
+    {
         let keys = format!(
             "sample_time_s = {}\nbandwidth_hz = {bandwidth}\ndamping_ratio = {ratio}\ndead_time_s = {}\nforce_cutoff_hz = {cutoff}\n\
-             hand_mass_kg = {mass}\nhand_damping_n_s_per_m = {damping}\nhand_stiffness_n_per_m = [0, {stiffest}]\nbest = true\nhigh_hz = 4\n",
+             hand_mass_kg = {mass}\nhand_damping_n_s_per_m = {damping}\nhand_stiffness_n_per_m = [0, {stiffest}]\nbest = true\n",
             1e-3 * t,
             1e-3 * dead
         );
         let around = device(&keys).expect("a device").around;
         let found = candidates(&around, 1.2, &|_| {}, &AtomicBool::new(false)).expect("bodies");
         let best = |is_kind: &dyn Fn(f64, Option<f64>) -> bool| {
-            let of_kind = found.iter().map(|(_, point)| point);
-            let settled = of_kind.filter(|point| point.settled == Some(true));
+            let settled = found.iter().map(|(_, point)| point);
+            let settled = settled.filter(|point| point.settled == Some(true));
             let of_kind = settled.filter(|point| is_kind(point.body_order, point.body_lag_s));
-            of_kind
-                .min_by(|a, b| a.effort_n_s_per_m.total_cmp(&b.effort_n_s_per_m))
-                .copied()
+            let least = of_kind.min_by(|a, b| a.effort_n_s_per_m.total_cmp(&b.effort_n_s_per_m));
+            *least.expect("one that settles")
         };
-        let is_mass = |order: f64| (order - 1.0).abs() < 1e-9;
-        let plain = best(&|order, lag| is_mass(order) && lag.is_none());
-        let fractional = best(&|order, lag| order < 0.95 && lag.is_none());
+        let plain = best(&|order, lag| (order - 1.0).abs() < 0.05 && lag.is_none());
+        let below = best(&|order, lag| order < 0.95 && lag.is_none());
         let above = best(&|order, lag| order > 1.05 && lag.is_none());
         let lagged = best(&|_, lag| lag.is_some());
-        let words = |point: Option<crate::analysis::answer::BodyPoint>| point.map(|p| (p.body_order, p.effort_n_s_per_m, p.command_noise));
-        println!("{robot:?}: {:?} {:?} {:?} {:?}", words(plain), words(fractional), words(above), words(lagged));
+        let [of_plain, of_below, of_above, of_lagged] =
+            [plain, below, above, lagged].map(|point| point.effort_n_s_per_m);
+        println!("{bandwidth} Hz: {of_plain:.3} {of_below:.3} {of_above:.3} {of_lagged:.3} N·s/m");
+        // What rounds to nothing buys nothing.
+        let is_less = |one: f64, other: f64| one < 0.99 * other;
+        let bought = [
+            is_less(of_below, of_plain),
+            is_less(of_above, of_plain),
+            is_less(of_below.min(of_above), of_lagged),
+        ];
+        assert_eq!(bought, buys, "{bandwidth} Hz");
+        let noise = below.command_noise.max(above.command_noise);
+        assert!(lagged.command_noise > 1.5 * noise, "{bandwidth} Hz");
     }
 }
 
