@@ -176,13 +176,17 @@ impl PySession {
     /// The simulated hand goes this way.
     fn hand(&self, path: Vec<(f64, f64)>) -> PyResult<()> {
         self.may_call(false)?;
-        (self.session).hand(path).map_err(|failure| failed(&failure))
+        (self.session)
+            .hand(path)
+            .map_err(|failure| failed(&failure))
     }
 
     /// Puts a mark into the log.
     fn mark(&self, kind: &str, text: &str) -> PyResult<()> {
         self.may_call(false)?;
-        (self.session).mark(kind, text).map_err(|failure| failed(&failure))
+        (self.session)
+            .mark(kind, text)
+            .map_err(|failure| failed(&failure))
     }
 
     /// Lets the force fall, and ends the session.

@@ -1,51 +1,13 @@
 //! A robot behind the bridge as a device of the command line: armed with its file alone, and only where its box of hands is proved.
 
 use crate::process::Place;
-use haptic_bridge::{Bridge, Description, Takes};
+use crate::signals::bridged;
+use haptic_bridge::{BridgeTicker, Takes};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 const WALL: &str = "[wall]\norder = 1\nstiffness_n_per_m = 1000\ndissipation_n_s_mu_per_m = 10\nduration_s = 1\nsample_time_s = 0.001\n";
 const ROBOT: &str = "[admittance]\nbandwidth_hz = 10\ndead_time_s = 0.004\nbody_inertance_n_s_mu_per_m = 8\nbody_damping_n_s_per_m = 60\nhand_stiffness_n_per_m = ";
-
-/// A robot that nobody pushes, in the time of its ticks; its port.
-fn robot(place: &Place, ended: Arc<AtomicBool>) -> u16 {
-    let description = Description {
-        name: "robot".to_owned(),
-        axes: 1,
-        sample_time_us: 1000,
-        force_max_n: 10.0,
-        force_rate_max_n_per_s: 1000.0,
-        position_resolution_m: 0.0,
-        sensed_force_max_n: 50.0,
-        workspace_low_m: [0.0; 3],
-        workspace_high_m: [0.0; 3],
-        watchdog_ms: 0,
-        serial_number: String::new(),
-        takes: Takes::Velocity {
-            robot: place.path("robot.toml"),
-        },
-    };
-    let bridge = Bridge::open(&description, "127.0.0.1:0").expect("a robot");
-    let port = bridge.port();
-    std::thread::spawn(move || {
-        // All of it, not the ticker alone.
-        let mut bridge = bridge;
-        let (mut time_us, mut position_m) = (0, 0.0);
-        while !ended.load(Ordering::Relaxed) {
-            // Its sensor has rested before any host is heard.
-            if time_us > 300_000 {
-                bridge.ticker.wait();
-            }
-            time_us += 1000;
-            bridge.ticker.sense(&[0.0; 3]);
-            let [velocity_m_per_s, ..] =
-                (bridge.ticker).tick_motion(time_us, Some(&[position_m, 0.0, 0.0]));
-            position_m += 1e-3 * velocity_m_per_s;
-        }
-    });
-    port
-}
 
 #[test]
 fn a_robot_is_armed_with_its_file_and_only_in_hands_that_bear_it() {
@@ -54,14 +16,24 @@ fn a_robot_is_armed_with_its_file_and_only_in_hands_that_bear_it() {
     place.write("robot.toml", format!("{ROBOT}[0, 300]\n"));
     place.write("stiff.toml", format!("{ROBOT}[0, 3000]\n"));
     let ended = Arc::new(AtomicBool::new(false));
-    let port = robot(&place, Arc::clone(&ended));
+    let takes = Takes::Velocity {
+        robot: place.path("robot.toml"),
+    };
+    let mut position_m = 0.0;
+    // Nobody pushes it, and its sensor has rested before any host is heard.
+    let tick = move |ticker: &mut BridgeTicker, time_us| {
+        if time_us > 300_000 {
+            ticker.wait();
+        }
+        ticker.sense(&[0.0; 3]);
+        let command = ticker.tick_motion(time_us, Some(&[position_m, 0.0, 0.0]));
+        position_m += 1e-3 * command[0];
+    };
+    let port = bridged(takes, 50.0, Arc::clone(&ended), tick);
     let line = format!("run wall.toml --device tcp:127.0.0.1:{port}");
     let known = "mass_kg=1 damping_n_s_per_m=1";
     let words = ["device_model=robot.toml", "bandwidth_hz", "dead_time_s"];
     place.run(&format!("{line} {known}")).refused(2, &words);
-    let guard = "guard=observer device_damping_n_s_per_m=1";
-    let refused = place.run(&format!("{line} {known} {guard}"));
-    refused.refused(2, &["passivity guard"]);
     let stiff = place.run(&format!("{line} device_model=stiff.toml"));
     stiff.refused(2, &["hand of the box", "body_inertance_n_s_mu_per_m"]);
     let run = place.run(&format!("{line} device_model=robot.toml --json"));

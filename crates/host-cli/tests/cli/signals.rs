@@ -4,7 +4,7 @@
 
 use crate::devices::Emulator;
 use crate::process::{Ended, Place, column, number, signal, until};
-use haptic_bridge::{Bridge, Description, Takes};
+use haptic_bridge::{Bridge, BridgeTicker, Description, Takes};
 use haptic_devices::haply::TORQUES_BYTES;
 use haptic_link::{DeviceReport, Direction, Receiver, Sample};
 use haptic_loop::Limiters;
@@ -112,7 +112,7 @@ impl Rig {
                 rig.emulated("inverse3 service_port=0")
             ),
             Kind::Bridge => {
-                let port = bridged(Arc::clone(&rig.ended));
+                let port = bridged(Takes::Force, 0.0, Arc::clone(&rig.ended), pressed);
                 rig.tapped(format!("127.0.0.1:{port}"))
             }
         };
@@ -269,8 +269,13 @@ fn carry(mut from: impl Read, mut to: impl Write, kept: &Kept, side: usize) {
     }
 }
 
-/// A program with a haptic thread, whose hand presses and lets go again; its port.
-fn bridged(ended: Arc<AtomicBool>) -> u16 {
+/// A program with a haptic thread that takes this, and does so with each tick, at its time, µs; its port.
+pub(crate) fn bridged(
+    takes: Takes,
+    sensed_force_max_n: f64,
+    ended: Arc<AtomicBool>,
+    mut tick: impl FnMut(&mut BridgeTicker, u64) + Send + 'static,
+) -> u16 {
     let description = Description {
         name: "program".to_owned(),
         axes: 1,
@@ -278,12 +283,12 @@ fn bridged(ended: Arc<AtomicBool>) -> u16 {
         force_max_n: 3.0,
         force_rate_max_n_per_s: 1000.0,
         position_resolution_m: 1e-5,
-        sensed_force_max_n: 0.0,
+        sensed_force_max_n,
         workspace_low_m: [-0.1; 3],
         workspace_high_m: [0.1; 3],
         watchdog_ms: 0,
         serial_number: String::new(),
-        takes: Takes::Force,
+        takes,
     };
     let bridge = Bridge::open(&description, "127.0.0.1:0").expect("a device");
     let port = bridge.port();
@@ -292,13 +297,18 @@ fn bridged(ended: Arc<AtomicBool>) -> u16 {
         // In the time of its ticks: a busy machine makes it slow and never late.
         let mut time_us = 0;
         while !ended.load(Ordering::Relaxed) {
-            bridge.ticker.wait();
             time_us += 1000;
-            let hand_m = 4e-4 * (1.0 - (2e-6 * time_us as f64).cos());
-            bridge.ticker.tick(time_us, Some(&[hand_m, 0.0, 0.0]));
+            tick(&mut bridge.ticker, time_us);
         }
     });
     port
+}
+
+/// A hand that presses a device and lets go again.
+fn pressed(ticker: &mut BridgeTicker, time_us: u64) {
+    ticker.wait();
+    let hand_m = 4e-4 * (1.0 - (2e-6 * time_us as f64).cos());
+    ticker.tick(time_us, Some(&[hand_m, 0.0, 0.0]));
 }
 
 /// A run on a device of this kind that a signal meets after some time of its log. False if a busy machine has ended it before.

@@ -156,21 +156,3 @@ fn ctrl_c_is_zero_first_and_a_goodbye() {
     assert_eq!(report["ended"], "other-left");
     assert_eq!(number(&report, "final_force_n"), 0.0);
 }
-
-#[test]
-fn the_wrong_peer_is_refused_in_one_line() {
-    let place = Place::new();
-    place.write("wave.toml", "[teleoperation]\narchitecture = \"wave\"\n");
-    place.write("place.toml", "[teleoperation]\n");
-    // Another architecture: both say so.
-    let slave = Side::start(&place, "teleoperate wave.toml --listen 127.0.0.1:0");
-    let line = format!("teleoperate place.toml --connect {}", slave.address);
-    let master = Side::start(&place, &line);
-
-    for ended in [slave.end(), master.end()] {
-        assert_says(
-            ended.failed(3).error(),
-            "the other side has the architecture & give both the same & no force was applied",
-        );
-    }
-}
