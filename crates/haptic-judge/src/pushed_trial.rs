@@ -14,7 +14,7 @@ use serde_json::Value;
 /// A trial of a wall at one speed, or of a robot in one hand.
 #[derive(Debug, Serialize)]
 pub struct Hit {
-    /// Mass of that hand, with the tool, kg.
+    /// Mass of that hand, kg.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hand_mass_kg: Option<f64>,
     /// Its damping, N·s/m.
@@ -123,12 +123,12 @@ pub trait PushedTrial: Clone {
             noise_n: louder(all.iter().map(|settling| settling.noise_n)),
             ..all.iter().fold(recorded, worse)
         };
-        let is_robot = self.setup().robot.is_some();
-        let of_hand = |value: f64| is_robot.then_some(value);
+        let tool = (self.setup().robot.as_deref()).map(|robot| robot.place.robot.tool_mass_kg());
+        let of_hand = |value: f64| tool.map(|_| value);
         let several = all.len() > 1;
         let tried = all.iter().zip(&devices).filter(|_| several);
         let hits = tried.map(|(settling, hand)| Hit {
-            hand_mass_kg: of_hand(hand.mass.0),
+            hand_mass_kg: tool.map(|tool_kg| hand.mass.0 - tool_kg),
             hand_damping_n_s_per_m: of_hand(hand.damping.0),
             hand_stiffness_n_per_m: of_hand(hand.stiffness.0),
             impact_m_per_s: settling.impact_m_per_s,

@@ -5,6 +5,7 @@
 //! ```
 //! - *Trial*: armed and at rest at 0 m, then the push in one corner of the box of hands; every other corner is tried too, and the worst is the
 //!   verdict.
+//! - *The ends of its way* end a trial: behind one the command is not the law's motion.
 //! - *Exact at the virtual port*: what the law reads is the command, so its force is its own whatever the robot does; the log has the robot's
 //!   true place and the true force of the hand beside it.
 //! - *Verdict*: of the box of hands × walls from free space to the one that is asked for, not of the trial.
@@ -12,15 +13,16 @@
 use haptic_analysis::{AdmittanceWorld, BoxVerdict, HandImpedance, LoopOperator};
 use haptic_document::Failure;
 use haptic_loop::plant::SimulatedRobot;
-use haptic_loop::{Admittance, Device, Reading, SafeForce};
+use haptic_loop::{Admittance, Device, Fault, Limiters, Reading, SafeForce};
 use haptic_message::TickMessage;
 use haptic_trial::ending::Ending;
 use haptic_trial::preflight::{PreflightVerdict, RobotVerdict};
 use haptic_trial::robot::{BodyOperator, RobotModel};
 use std::convert::Infallible;
 
-/// Factors on walls and bodies that are looked for.
+/// Factors on walls that are looked for, and on bodies.
 const FACTORS: [f64; 2] = [1e-3, 1e3];
+const BODIES: [f64; 2] = [1e-2, 1e3];
 /// Factors are known to this share of themselves.
 const KNOWN: f64 = 1e-3;
 
@@ -90,11 +92,7 @@ pub fn verdict(
         coupler: None,
         robot: Some(RobotVerdict {
             every_hand,
-            least_body_factor: if stable {
-                Some(1.0)
-            } else {
-                all.least_body([1.0, FACTORS[1]])
-            },
+            least_body_factor: all.least_body(BODIES),
         }),
     })
 }
@@ -119,6 +117,7 @@ pub struct PushedRobot {
     /// Tick at which the trial began.
     begun: u64,
     last: Reading<f64, 1>,
+    held_back: bool,
 }
 
 impl PushedRobot {
@@ -143,12 +142,15 @@ impl PushedRobot {
                 time_s: 0.0,
                 position_m: [0.0].into(),
             },
+            held_back: false,
         })
     }
 
-    /// Reason why it stands still.
+    /// Reason why it stands still, or why its motion is no longer that of the law: an end of its way held the command back.
     pub fn ended(&self) -> Option<Ending> {
-        self.device.state().fault().map(Ending::Motion)
+        let fault = self.device.state().fault().map(|fault| fault.of_loop());
+        let held = self.held_back.then_some(Fault::Workspace);
+        fault.or(held).map(Ending::Fault)
     }
 
     /// Places of the robot and force of the hand, as they truly are.
@@ -183,6 +185,7 @@ impl Device<f64, 1> for PushedRobot {
     fn write(&mut self, force: SafeForce<f64, 1>) -> Result<(), Infallible> {
         // A simulated robot has no other error than that it stands still.
         let _ = self.device.write(force);
+        self.held_back |= self.device.limiters().contains(Limiters::WORKSPACE);
         Ok(())
     }
 
@@ -293,12 +296,15 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_stopped_by_a_fault_is_not_at_rest() {
-        let wall = read("push_n = 60\nforce_limit_n = 200", &body(8.0, 20.0, "0")).expect("a wall");
-        assert_eq!(
-            wall.tried().expect("runs").verdict,
-            TrialVerdict::Unfinished
-        );
+    fn a_robot_that_stopped_by_a_fault_or_at_an_end_of_its_way_is_not_at_rest() {
+        for (law, robot) in [
+            ("push_n = 60\nforce_limit_n = 200", ""),
+            ("push_n = 20", "\nmotion_high_m = 0.005"),
+        ] {
+            let robot = body(8.0, 20.0, "0") + robot;
+            let settling = read(law, &robot).expect("a wall").tried().expect("runs");
+            assert_eq!(settling.verdict, TrialVerdict::Unfinished, "{law}");
+        }
     }
 
     #[test]

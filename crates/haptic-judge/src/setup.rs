@@ -276,7 +276,7 @@ fn robot_in_hand(
     if let Some(key) = OF_FORCES.iter().find(|key| table.has(key)) {
         let key = key.key;
         let reason = format!(
-            "{key} of [wall] has no effect on a robot that a hand pushes, whose keys are those of [admittance]: omit it"
+            "{key} of [wall] has no effect on a robot that a hand pushes: omit it, or give the robot's own hand in [admittance]"
         );
         return Err(table.fail_at(key, reason));
     }

@@ -283,8 +283,9 @@ impl PushedTrial for WallTrial {
         let TrialSetup { plan, at_port, .. } = &self.setup;
         let most = self.setup.safety.number(Limit::Speed);
         let hits = plan.hits(self.contact);
-        // A serial device cannot be thrown, and beyond its speed limit a hit is a fault.
-        let may_be = |hit: &f64| at_port.is_none() && most.is_none_or(|most| *hit < most);
+        // A serial device and a robot cannot be thrown, and beyond its speed limit a hit is a fault.
+        let is_thrown = at_port.is_none() && self.setup.robot.is_none();
+        let may_be = |hit: &f64| is_thrown && most.is_none_or(|most| *hit < most);
         hits.filter(may_be).collect()
     }
 

@@ -185,12 +185,9 @@ impl RunRecord {
                 | Ending::LogStopped
                 | Ending::Stopped(_),
             ) => EndKind::Interrupted,
-            Some(
-                Ending::Fault(_)
-                | Ending::Motion(_)
-                | Ending::DeviceFault(_)
-                | Ending::Impossible(_),
-            ) => EndKind::Fault,
+            Some(Ending::Fault(_) | Ending::DeviceFault(_) | Ending::Impossible(_)) => {
+                EndKind::Fault
+            }
             Some(Ending::LinkLost(_) | Ending::Silent) => EndKind::Link,
         };
         RunEnd {

@@ -3,7 +3,7 @@
 use fracdiff::parameter::Shown;
 use haptic_document::parameters::{MAX_AGE_TICKS, WATCHDOG};
 use haptic_link::{FaultReport, Limits};
-use haptic_loop::{Fault, MotionFault};
+use haptic_loop::Fault;
 use haptic_quantity::written;
 use haptic_remote::{Impossible, LinkError};
 
@@ -14,8 +14,6 @@ pub enum Ending {
     Interrupted,
     /// The safety chain latched a fault.
     Fault(Fault),
-    /// The motion of a robot latched a fault.
-    Motion(MotionFault),
     /// The device latched a fault.
     DeviceFault(FaultReport),
     /// The device reported an impossible value.
@@ -254,7 +252,7 @@ impl Ending {
     pub const fn is_fault(self) -> bool {
         matches!(
             self,
-            Self::Fault(_) | Self::Motion(_) | Self::DeviceFault(_) | Self::Impossible(_)
+            Self::Fault(_) | Self::DeviceFault(_) | Self::Impossible(_)
         )
     }
 
@@ -263,8 +261,8 @@ impl Ending {
         match self {
             Self::Fault(fault) => Some(fault.code()),
             Self::DeviceFault(report) => Some(report.status.fault),
-            // A fault of the device, though it reports no code of the wire.
-            Self::Motion(_) | Self::Impossible(_) => Some(Fault::BoardFailed.code()),
+            // A fault of the device, though it reports no code.
+            Self::Impossible(_) => Some(Fault::BoardFailed.code()),
             Self::Interrupted | Self::Silent | Self::LinkLost(_) => None,
             Self::OtherLeft | Self::LogStopped | Self::Swing | Self::Untared | Self::Stopped(_) => {
                 None
@@ -275,9 +273,7 @@ impl Ending {
     /// The kind of its event in a log.
     pub const fn kind(self) -> &'static str {
         match self {
-            Self::Fault(_) | Self::Motion(_) | Self::DeviceFault(_) | Self::Impossible(_) => {
-                "fault"
-            }
+            Self::Fault(_) | Self::DeviceFault(_) | Self::Impossible(_) => "fault",
             Self::Interrupted => "interrupted",
             Self::Silent => "silent",
             Self::LinkLost(_) => "link",
@@ -292,7 +288,6 @@ impl Ending {
         match self {
             Self::Interrupted => "interrupted".to_owned(),
             Self::Fault(fault) => format!("fault: {fault}"),
-            Self::Motion(fault) => format!("fault of the motion: {fault}"),
             Self::DeviceFault(report) => {
                 let fault = Fault::from_code(report.status.fault);
                 let advice = lateness.zip(fault);

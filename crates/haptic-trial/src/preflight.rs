@@ -84,7 +84,7 @@ pub struct CouplerVerdict {
 pub struct RobotVerdict {
     /// True if all of them are proved stable, false if one of them is not stable; null if the proof did not end.
     pub every_hand: Option<bool>,
-    /// Factor on the virtual body, up to 1000, with which all of them are proved; null if none is.
+    /// Least factor on the virtual body, 0.01 to 1000, with which all of them are proved; null if none is.
     pub least_body_factor: Option<f64>,
 }
 

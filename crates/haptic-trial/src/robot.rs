@@ -35,7 +35,7 @@ use haptic_loop::units::{
 };
 use haptic_loop::{
     Admittance, LaggedRate, LaggedRateHistory, LoopParameterError, MotionChain, MotionLimits,
-    VirtualBody,
+    MotionStartRefused, VirtualBody,
 };
 use std::path::Path;
 
@@ -88,8 +88,10 @@ fn ends(table: &Table<'_>, key: &Parameter) -> Result<[f64; 2], FileError> {
         [one] => Ok([one; 2]),
         [low, high] if low <= high => Ok([low, high]),
         _ => {
-            let reason = "it is one number, or the least and the largest one";
-            Err(table.fail_at(key.key, reason))
+            let key = key.key;
+            let reason =
+                format!("{key} is one number, or the least and the largest one, as in [0, 3]");
+            Err(table.fail_at(key, reason))
         }
     }
 }
@@ -389,8 +391,18 @@ impl RobotInHands {
         for _ in 0..(limits.rest_time.0 / t.0) as usize + 2 {
             device.rest().map_err(Failure::run)?;
         }
-        device.arm().map_err(Failure::run)?;
-        Ok(device)
+        match device.arm() {
+            Ok(_) => Ok(device),
+            Err(
+                error @ (MotionStartRefused::Offset { .. } | MotionStartRefused::Unsteady { .. }),
+            ) => Err(Failure::bad_input(format_args!(
+                "{error}: of a simulated robot lower {ROBOT_NOISE}, or give more {ROBOT_RANGE}"
+            ))),
+            Err(MotionStartRefused::Outside { .. }) => Err(Failure::bad_input(format_args!(
+                "a trial begins at 0 m, which is not between the ends of the robot's way: change {MOTION_LOW} or {MOTION_HIGH}"
+            ))),
+            Err(error) => Err(Failure::run(error)),
+        }
     }
 }
 

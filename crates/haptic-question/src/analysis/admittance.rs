@@ -39,7 +39,7 @@ const BODIES: [f64; 2] = [0.01, 1e3];
 /// Springs of a map, from 1 N/m on.
 const SOFTEST: f64 = 1.0;
 const WALLS: usize = 49;
-/// Dampings of a map of bodies, so many times less and more than the body's own, which is drawn as at least 0.1 N·s/m.
+/// Dampings of a map of bodies, so many times less and more than the body's own, or than 0.1 N·s/m without one.
 const DAMPINGS: usize = 25;
 const BODIES_AROUND: f64 = 20.0;
 const LEAST_DAMPING: f64 = 0.1;
@@ -146,7 +146,7 @@ impl Judged<'_> {
             "stable": stable,
             "stable_reason": stable.is_none().then_some("the hands that were tried are stable; the proof for all between them ended at this frequency"),
             "unproved_hz": unproved_hz,
-            "unstable_hand": unstable(verdict),
+            "unstable_hand": unstable(verdict, self.around.place.robot.tool_mass_kg()),
         });
         let least_body = all.least_body(BODIES);
         let limits = json!({
@@ -343,7 +343,13 @@ impl Judged<'_> {
 
     /// Inertances of the body that are stable in all corners, damping by damping, around its own.
     fn bodies(&self) -> Result<StableBodies, Failure> {
-        let own = self.body.damping.max(LEAST_DAMPING);
+        // A body without damping has no place on a logarithmic axis.
+        let has_damping = self.body.damping > 0.0;
+        let own = if has_damping {
+            self.body.damping
+        } else {
+            LEAST_DAMPING
+        };
         let dampings = logarithmic(own / BODIES_AROUND, own * BODIES_AROUND, DAMPINGS);
         let stable = dampings.map(|damping| {
             let body = BodyValues {
@@ -355,7 +361,7 @@ impl Judged<'_> {
         Ok(StableBodies {
             order: self.body.operator.order().get(),
             dampings: stable.collect::<Result<_, Failure>>()?,
-            body: [own, self.body.inertance],
+            body: [self.body.damping, self.body.inertance],
         })
     }
 
@@ -393,13 +399,13 @@ const fn of_spring(operator: &LoopOperator, stiffness_n_per_m: f64) -> Admittanc
     }
 }
 
-/// The member that is not stable, if one was found; the tool is part of its mass.
-fn unstable(verdict: BoxVerdict) -> Value {
+/// The member that is not stable, if one was found, without the tool.
+fn unstable(verdict: BoxVerdict, tool_kg: f64) -> Value {
     let BoxVerdict::Unstable([.., mass, damping, hand, stiffness, dissipation]) = verdict else {
         return Value::Null;
     };
     json!({
-        "mass_kg": mass,
+        "mass_kg": mass - tool_kg,
         "damping_n_s_per_m": damping,
         "stiffness_n_per_m": hand,
         "wall_stiffness_n_per_m": stiffness,

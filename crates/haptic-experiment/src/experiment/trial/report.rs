@@ -30,7 +30,7 @@ use haptic_run::{Ran, run_logged};
 use haptic_trial::GuardChoice;
 use haptic_trial::ending::Ending;
 use haptic_trial::keys::trial::PushBy;
-use haptic_trial::preflight::{Findings, note_findings};
+use haptic_trial::preflight::{Findings, PreflightVerdict, note_findings};
 use haptic_trial::tick::KeptSample;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -168,7 +168,10 @@ impl<T: Trial> Conducted<T> {
         let judged = ran.preflight.filter(|_| is_judged);
         // Friction leaves open if a wall is stable that it holds.
         let held = settling.verdict == TrialVerdict::HeldByFriction;
-        let agrees = judged.filter(|analysis| !(held && analysis.stable));
+        // The box of a robot has more hands and walls than are tried.
+        let wider = |analysis: &PreflightVerdict| analysis.robot.is_some() && !analysis.stable;
+        let agrees = judged
+            .filter(|analysis| !(held && analysis.stable || settling.stable && wider(analysis)));
         let agrees = agrees.map(|analysis| analysis.stable == settling.stable);
         let (verdict, mut warnings) = match &felt {
             Some(felt) => of_hand(felt, record),
@@ -177,6 +180,8 @@ impl<T: Trial> Conducted<T> {
                 warnings(T::KIND, &settling, &hits, agrees, record),
             ),
         };
+        let unproved = judged.filter(|analysis| wider(analysis) && agrees.is_none());
+        (warnings.0).extend(unproved.and_then(|analysis| analysis.warning(false)));
         warnings.0.extend(setup.not_thrown());
         warnings.0.extend(self.trial.warning(ran));
         let (mut curves, mut object_m) = (None, None);

@@ -231,7 +231,8 @@ fn stable_bodies(stable: &StableBodies) -> Panel<'static> {
     );
     let least = stable.body[1] / INERTANCES_BELOW;
     let panel = with_areas(panel, &stable.dampings, least);
-    panel.with("your body", Look::Markers, 1, [stable.body.into()])
+    let own = Some(stable.body).filter(|[damping, _]| *damping > 0.0);
+    panel.with("your body", Look::Markers, 1, own.map(Into::into))
 }
 
 /// Stable stiffnesses of a hand over the spring that it meets, as areas, and those that were asked for.
