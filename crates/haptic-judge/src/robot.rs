@@ -10,7 +10,7 @@
 //!   true place and the true force of the hand beside it.
 //! - *Verdict*: of the box of hands × walls from free space to the one that is asked for, not of the trial.
 
-use haptic_analysis::{AdmittanceWorld, BoxVerdict, HandImpedance, LoopOperator};
+use haptic_analysis::{AdmittanceWorld, BoxVerdict, HandImpedance};
 use haptic_document::Failure;
 use haptic_loop::plant::SimulatedRobot;
 use haptic_loop::{Admittance, Device, Fault, Limiters, Reading, SafeForce};
@@ -26,21 +26,19 @@ const BODIES: [f64; 2] = [1e-2, 1e3];
 /// Factors are known to this share of themselves.
 const KNOWN: f64 = 1e-3;
 
-/// Verdict on a robot whose law is this world, with so many samples of delay on a line.
+/// Verdict on a robot whose law is this world, whose delay is that of a line.
 ///
 /// # Errors
 /// A number that the analysis does not take.
 pub fn verdict(
     model: &RobotModel,
     world: AdmittanceWorld<'_>,
-    line: usize,
 ) -> Result<PreflightVerdict, Failure> {
     let (place, body) = (&model.place, &model.body);
     let of = |factor: f64| {
         let world = AdmittanceWorld {
             stiffness_n_per_m: factor * world.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: factor * world.dissipation_n_s_mu_per_m,
-            delay_samples: line,
             ..world
         };
         place.all(body, Some(world))
@@ -74,7 +72,7 @@ pub fn verdict(
         }
     };
     let t = place.robot.sample_time_s();
-    let delay_s = place.simulated.dead_time.0;
+    let (delay_s, line) = (place.simulated.dead_time.0, world.delay_samples as f64);
     Ok(PreflightVerdict {
         stable,
         margin,
@@ -84,8 +82,8 @@ pub fn verdict(
         passive: false,
         required_delta: None,
         delta: f64::NAN,
-        delay_samples: delay_s / t + line as f64,
-        delay_s: delay_s + line as f64 * t,
+        delay_samples: delay_s / t + line,
+        delay_s: delay_s + line * t,
         current_lag_s: 0.0,
         alpha: f64::NAN,
         beta: f64::NAN,
@@ -95,19 +93,6 @@ pub fn verdict(
             least_body_factor: all.least_body(BODIES),
         }),
     })
-}
-
-/// The world of K and B with this operator.
-pub const fn world(
-    operator: &LoopOperator,
-    [stiffness, dissipation]: [f64; 2],
-) -> AdmittanceWorld<'_> {
-    AdmittanceWorld {
-        stiffness_n_per_m: stiffness,
-        dissipation_n_s_mu_per_m: dissipation,
-        operator,
-        delay_samples: 0,
-    }
 }
 
 /// A simulated robot in a hand that pushes it.

@@ -10,7 +10,7 @@ use crate::setup::{Beside, TrialParts, TrialSetup, setup};
 use crate::tissue_table::scheme;
 use crate::trial::{VirtualWall, thrown, wall_at_start};
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
-use haptic_analysis::Dynamics;
+use haptic_analysis::{AdmittanceWorld, Dynamics};
 use haptic_document::parameters::LOOP;
 use haptic_document::parameters::Parameter;
 use haptic_document::{Failure, FileError, Table};
@@ -242,8 +242,13 @@ impl PushedTrial for WallTrial {
             return look.proved(dynamics, line);
         };
         let operator = look.loop_operator()?;
-        let gains = [self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m];
-        robot::verdict(robot, robot::world(&operator, gains), line)
+        let world = AdmittanceWorld {
+            stiffness_n_per_m: self.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
+            operator: &operator,
+            delay_samples: line,
+        };
+        robot::verdict(robot, world)
     }
 
     fn tried(&self) -> Result<Settling, Failure> {

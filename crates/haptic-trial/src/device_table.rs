@@ -168,6 +168,19 @@ fn device_in(path: &Path, text: &str) -> Result<DeviceModel, FileError> {
     DeviceModel::parse(path, text)
 }
 
+/// Path and text of the device file of a robot, where one is named that the table may be of.
+fn robot_file<'t>(table: &Table<'t>) -> Result<Option<(PathBuf, Cow<'t, str>)>, FileError> {
+    let (Some(path), true) = (table.file(&p::DEVICE_MODEL)?, takes_robot(table)) else {
+        return Ok(None);
+    };
+    let read = || {
+        let text = text_at(&path, table.logged(&p::DEVICE_MODEL))?;
+        is_robot(&path, &text).map(|is| is.then_some(text))
+    };
+    let text = read().map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error))?;
+    Ok(text.map(|text| (path, text)))
+}
+
 /// The robot of a trial: that of `[admittance]` beside its table, or that of its device file.
 ///
 /// # Errors
@@ -184,17 +197,12 @@ pub fn robot(
         }
         return RobotModel::of(beside, sample_time_s).map(Some);
     }
-    let (Some(path), true) = (table.file(&p::DEVICE_MODEL)?, takes_robot(table)) else {
+    let Some((path, text)) = robot_file(table)? else {
         return Ok(None);
     };
-    let read = |path: &Path| {
-        let text = text_at(path, table.logged(&p::DEVICE_MODEL))?;
-        if is_robot(path, &text)? {
-            return RobotModel::parse(path, &text, sample_time_s).map(Some);
-        }
-        Ok(None)
-    };
-    read(&path).map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error))
+    let model = RobotModel::parse(&path, &text, sample_time_s);
+    let model = model.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error));
+    model.map(Some)
 }
 
 /// The newtons of the device file that is named, if they were checked; those of a robot are its own.
@@ -202,14 +210,8 @@ pub fn robot(
 /// # Errors
 /// A value that is wrong, with its place.
 pub fn calibration(table: &Table<'_>) -> Result<Option<Calibration>, FileError> {
-    if let (Some(path), true) = (table.file(&p::DEVICE_MODEL)?, takes_robot(table)) {
-        let text = text_at(&path, table.logged(&p::DEVICE_MODEL));
-        if text
-            .and_then(|text| is_robot(&path, &text))
-            .is_ok_and(|is| is)
-        {
-            return Ok(None);
-        }
+    if robot_file(table)?.is_some() {
+        return Ok(None);
     }
     Ok(device_model(table)?.and_then(|model| model.calibration))
 }
