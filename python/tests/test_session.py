@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fractional_haptics import experiment, log, session
+from fractional_haptics import experiment, log, session, tissue
 from test_signals import HOST_CLI, Device
 
 WALLS = [
@@ -382,3 +382,27 @@ def test_a_lost_board_or_a_signal_ends_the_trial_and_keeps_the_log(number: int |
         assert ended == ("link" if number is None else "interrupted")
     finally:
         board.ends()
+
+
+def solid(order: float, spring_pa: float, branch_pa: float, time_s: float) -> tissue.Material:
+    model = tissue.Model("fractional-zener", viscosity_pa_s_alpha=branch_pa * time_s**order, order=order,
+                         second_viscosity_pa_s_beta=branch_pa, second_order=0.0, elastic_modulus_pa=spring_pa)  # fmt: skip
+    return tissue.Material("solid", "a solid", model, {"citation": "none", "conditions": "none", "checked": True, "residual": "none"})
+
+
+def test_any_tissue_between_two_that_are_proved_is_felt(tmp_path: Path) -> None:
+    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+        s.allow_between({"tissue": solid(0.2, 2e3, 2e3, 0.01)}, {"tissue": solid(0.9, 2e4, 3e4, 1.0)})
+        s.allow([{"tissue": solid(0.5, 5e3, 1e4, 0.1), "scheme": "grunwald:300"}, {"tissue": "prostate-healthy"}])
+        s.hand([(0.0, -5e-3), (0.3, 3e-3), (6.0, 3e-3)])
+        for stimulus in ({"tissue": "prostate-healthy"}, {"tissue": solid(0.45, 5e3, 1e4, 0.1)}, {"tissue": solid(0.5, 5e3, 1e4, 0.1), "scheme": "grunwald:300"}):
+            felt = s.feel(stimulus, seconds=1.0)
+            assert felt.touched and felt.exact_share is not None and felt.exact_share > 0.7
+        with pytest.raises(ValueError, match="the nearest inside has order = 0.9 for 0.95"):
+            s.feel({"tissue": solid(0.95, 5e3, 1e4, 0.1)}, seconds=1.0)
+        with pytest.raises(ValueError, match="not all of this region is proved stable"):
+            s.allow_between({"tissue": solid(0.2, 2e3, 2e3, 0.01)}, {"tissue": solid(0.9, 2e4, 3e7, 1.0)})
+        assert s.feel({"tissue": "prostate-healthy"}, seconds=0.1).touched
+    # What was felt stands in the log, number by number.
+    texts = " ".join(text for _, kind, text in log.read_log(s.log).attrs["events"] if kind == "feel")
+    assert "tissue solid (fractional-zener: viscosity_pa_s_alpha" in texts and "order 0.45," in texts

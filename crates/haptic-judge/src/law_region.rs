@@ -260,3 +260,124 @@ pub fn prove_mix(laws: [&WallTrial; 2], devices: &[Dynamics]) -> Result<(), Fail
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::law_region::*;
+    use crate::setup::TrialSetup;
+    use crate::trial::TrialPlan;
+    use fracdiff::{Channel, Order, Seconds};
+    use haptic_loop::plant::MassDamperConfig;
+    use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+    use haptic_trial::Sensors;
+    use testkit::{Random, assert_refused, assert_says};
+
+    const T: Seconds = Seconds(1e-3);
+
+    fn device() -> MassDamperConfig {
+        MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), T)
+    }
+
+    fn wall(k: f64, b: f64, order: f64) -> WallTrial {
+        let setup = TrialSetup::new(device(), Sensors::NONE, TrialPlan::DEFAULT);
+        let order = Order::new(order).expect("in range");
+        WallTrial::linear(setup, order, "full".parse().expect("a scheme"), k, b)
+    }
+
+    fn devices() -> [Dynamics; 1] {
+        [wall(1.0, 1.0, 0.5).setup.dynamics()]
+    }
+
+    /// Largest place in the last 0.2 s of 2 s over that in the first after a push, with a share of the second law: a mass on a damper, held.
+    fn grows(laws: [&WallTrial; 2], share: f64) -> f64 {
+        let (m, b) = (0.065, 3.5);
+        let left = f64::exp(-b * T.0 / m);
+        let way = (1.0 - left) * m / b;
+        let mut parts = laws.map(|law| {
+            let operator = law.look(HORIZON).operator::<f64>();
+            Channel::new(operator.expect("made"))
+        });
+        let (mut x, mut v, mut peaks) = (0.0, 0.0, [0.0_f64; 2]);
+        for tick in 0..2000 {
+            let mut u = if tick == 0 { 1.0 } else { 0.0 };
+            for ((law, memory), share) in laws.iter().zip(&mut parts).zip([1.0 - share, share]) {
+                let rate = memory.step(x);
+                u -= share * (law.stiffness_n_per_m * x + law.dissipation_n_s_mu_per_m * rate);
+            }
+            (x, v) = (
+                x + way * v + (T.0 - way) / b * u,
+                left * v + (1.0 - left) / b * u,
+            );
+            let part = [0..200, 1800..2000]
+                .iter()
+                .position(|part| part.contains(&tick));
+            if let Some(part) = part {
+                peaks[part] = peaks[part].max(f64::abs(x));
+            }
+        }
+        peaks[1] / peaks[0]
+    }
+
+    #[test]
+    fn a_mix_that_is_refused_grows_and_one_that_is_proved_does_not() {
+        // Both are stable, and 4 of 2000 such pairs have a mix that is not.
+        let (stiff, soft) = (
+            wall(68894.82, 2.5176, 1.41897),
+            wall(537.16, 7443.1, 0.069792),
+        );
+        let shares = (0..=20).map(|n| f64::from(n) / 20.0);
+        let grown: Vec<f64> = shares.map(|share| grows([&stiff, &soft], share)).collect();
+        assert!(grown[0] < 0.5 && grown[20] < 0.5, "{grown:?}");
+        assert!(grown.iter().any(|grown| *grown > 2.0), "{grown:?}");
+        assert_refused(prove_mix([&stiff, &soft], &devices()), "rest before it");
+        let (stiff, soft) = (wall(2000.0, 20.0, 0.9), wall(100.0, 20.0, 0.2));
+        prove_mix([&stiff, &soft], &devices()).expect("proved");
+        assert!(grows([&stiff, &soft], 0.5) < 0.5);
+    }
+
+    #[test]
+    fn each_law_of_a_region_is_stable_by_itself_and_the_refused_region_names_a_part() {
+        let corner = |share: f64| wall(50.0 + share * 60e3, 1.0 + share * 100.0, 0.2 + 0.7 * share);
+        let whole = LawRegion::new([corner(0.0), corner(1.0)]).expect("of one kind");
+        let refused = whole.prove(&devices()).expect_err("too stiff").to_string();
+        assert_says(&refused, "stiffness_n_per_m 50 to ");
+        let most: f64 = refused
+            .split("stiffness_n_per_m 50 to ")
+            .nth(1)
+            .and_then(|rest| rest.split(',').next()?.parse().ok())
+            .expect("a number");
+        let share = 0.99 * (most - 50.0) / 60e3;
+        let top = WallTrial {
+            order: Order::new(0.9).expect("in range"),
+            ..corner(share)
+        };
+        let region = LawRegion::new([top, corner(0.0)]).expect("in any order");
+        region.prove(&devices()).expect("the part that was named");
+        let mut random = Random(4);
+        for _ in 0..40 {
+            let law = wall(
+                random.between(50.0, 50.0 + share * 60e3),
+                random.between(1.0, 1.0 + share * 100.0),
+                random.between(0.2, 0.9),
+            );
+            assert_eq!(region.holds(&law), Some(Ok(())));
+            let verdict = law.look(HORIZON).verdict(devices()[0], 0);
+            assert!(verdict.expect("judges").stable, "{law:?}");
+        }
+        let outside = region.holds(&wall(10.0, 2.0, 0.95)).expect("of its kind");
+        let (nearest, _) = outside.expect_err("outside");
+        assert_eq!(
+            nearest,
+            "order = 0.9 for 0.95, stiffness_n_per_m = 50 for 10"
+        );
+        let short = WallTrial {
+            scheme: "grunwald:100".parse().expect("a scheme"),
+            ..corner(0.0)
+        };
+        assert_eq!(region.holds(&short), None);
+        assert_refused(
+            LawRegion::new([short, corner(0.1)]),
+            "a region is proved for",
+        );
+    }
+}

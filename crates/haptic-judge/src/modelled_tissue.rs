@@ -574,6 +574,45 @@ mod tests {
     }
 
     #[test]
+    fn short_memories_in_series_share_the_strain_of_each_tick() {
+        // Each element remembers N of its own strains; the two forces are one.
+        let (v, alpha, g, beta, length, t) = (3e3, 0.7, 9e3, 0.2, 40, Seconds(1e-3));
+        let values = [v, alpha, g, beta];
+        let model = Model::from_parameters(ModelKind::FractionalMaxwell, &values).expect("valid");
+        let scheme = Scheme::Grunwald { length };
+        let sampled = SampledModel::new(&model, t).expect("sampled");
+        let made = operator::<f64>(Some(&model), scheme, sampled.order(), t, 1e4);
+        let mut rendered = Channel::new(made.expect("made"));
+        let element = |size: f64, order: f64| {
+            let weights = fracdiff::grunwald_weights(Order::new(order).expect("in range"));
+            let newest = size * t.0.powf(-order);
+            let weights = weights.take(length).map(|c| newest * c);
+            weights.collect::<Vec<f64>>()
+        };
+        let (first, second) = (element(v, alpha), element(g, beta));
+        let (mut strains, mut worst) = ([Vec::new(), Vec::new()], 0.0_f64);
+        for n in 0..300 {
+            let strain = f64::min(1e-2 * f64::from(n) / 50.0, 1e-2) + 1e-3 * f64::sin(f64::from(n));
+            let past = |weights: &[f64], strains: &[f64]| -> f64 {
+                let newest_first = strains.iter().rev();
+                weights[1..]
+                    .iter()
+                    .zip(newest_first)
+                    .map(|(c, x)| c * x)
+                    .sum()
+            };
+            let (one, other) = (past(&first, &strains[0]), past(&second, &strains[1]));
+            let share = (second[0] * strain + other - one) / (first[0] + second[0]);
+            strains[0].push(share);
+            strains[1].push(strain - share);
+            let stress = first[0] * share + one;
+            let have = sampled.viscosity_pa_s_mu() * rendered.step(strain);
+            worst = worst.max((have - stress).abs() / 100.0);
+        }
+        assert!(worst < 1e-10, "{worst}");
+    }
+
+    #[test]
     fn a_series_without_branches_is_a_spring() {
         let spring = tissue(&[5e3]);
         assert!(spring.composed().is_none());

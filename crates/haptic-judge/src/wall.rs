@@ -19,7 +19,7 @@ use haptic_loop::plant::run_wall;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};
 use haptic_tissue::Model;
 use haptic_trial::GuardChoice;
-use haptic_trial::device_table::{encoder_step, without};
+use haptic_trial::device_table::encoder_step;
 use haptic_trial::keys::wall::{
     DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_TISSUE,
 };
@@ -69,16 +69,24 @@ pub fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
     Ok(contact)
 }
 
-/// The piece of tissue that a table asks for in place of order, K and B.
+/// The piece of tissue that a table asks for in place of order, K and B; one that is given over a file takes the place of what that says.
 fn tissue(table: &Table<'_>) -> Result<Option<TissuePiece>, FileError> {
-    if table.text(&WALL_TISSUE)?.is_empty() {
-        let why = format!("without a tissue: give {WALL_TISSUE}");
-        without(table, UNNAMED_PIECE, &why)?;
-        return Ok(None);
+    let is_tissue = !table.text(&WALL_TISSUE)?.is_empty();
+    let over = table.is_given(&WALL_TISSUE);
+    let (idle, why) = if is_tissue {
+        let why = format!("with {WALL_TISSUE}, which brings its own: omit one of them");
+        (&[ORDER, STIFFNESS, DISSIPATION][..], why)
+    } else {
+        (
+            UNNAMED_PIECE,
+            format!("without {WALL_TISSUE}: give that, or omit it"),
+        )
+    };
+    let is_idle = |key: &&Parameter| table.is_given(key) || table.has(key) && !over;
+    if let Some(Parameter { key, .. }) = idle.iter().find(is_idle) {
+        return Err(table.fail_at(key, format_args!("{key} has no effect {why}")));
     }
-    let why = format!("with {WALL_TISSUE}, which brings its own: omit that");
-    without(table, [&ORDER, &STIFFNESS, &DISSIPATION], &why)?;
-    linear_piece(table).map(Some)
+    is_tissue.then(|| linear_piece(table)).transpose()
 }
 
 /// `[wall]`: device, wall and trial, with the table of a second device that pushes.

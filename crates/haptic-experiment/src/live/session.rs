@@ -81,7 +81,7 @@ const ANSWER: &str = "answer";
 /// Event at the end of a wall.
 const CERTIFICATE: &str = "certificate";
 const NOT_ALLOWED: &str =
-    "this wall is not among those that were allowed, nor in a region of them: allow it first";
+    "this wall was not allowed, nor is it between two that were: allow it first";
 /// Push of an emulated device's hand if nobody asks for one, N: next to none.
 const NO_PUSH_N: f64 = 1e-6;
 

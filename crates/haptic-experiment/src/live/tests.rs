@@ -362,6 +362,61 @@ fn what_may_not_be_is_refused_in_a_line_and_without_a_force() {
     assert!(ticks[first.expect("touched")].position_m[0] > 0.0);
 }
 
+#[test]
+fn a_law_of_a_region_is_felt_and_one_beside_it_or_a_change_that_may_swing_is_not() {
+    let folder = Folder::empty();
+    let session = opened(folder.as_ref());
+    let refused = |result: Result<usize, Failure>, words: &str| {
+        let error = result.expect_err(words).to_string();
+        assert!(error.contains(words) && !error.contains('\n'), "{error}");
+    };
+    let (soft, stiff) = (law(0.2, 50.0, 1.0), law(0.9, 500.0, 10.0));
+    session.allow_between([&soft, &stiff]).expect("proved");
+    let within = session.inside(&law(0.7, 400.0, 3.0)).expect("within");
+    assert_eq!(within, 0);
+    refused(
+        session.inside(&law(0.95, 400.0, 3.0)),
+        "order = 0.9 for 0.95",
+    );
+    let too_stiff = session.allow_between([&soft, &law(0.9, 5e4, 100.0)]);
+    refused(too_stiff.map(|()| 0), "stiffness_n_per_m 50 to ");
+    // A tissue is a law too.
+    let mut tissue = Document::new("wall");
+    tissue
+        .set("wall", "tissue", "fish-muscle", "")
+        .expect("once");
+    refused(session.inside(&tissue), "allow it first");
+    assert_eq!(session.allow(&[tissue]).expect("stable"), 1);
+    // Each of two is stable, and what lies between them is not: see haptic_judge::law_region.
+    let pair = [
+        law(1.41897, 68894.82, 2.5176),
+        law(0.069792, 537.16, 7443.1),
+    ];
+    assert_eq!(session.allow(&pair).expect("stable"), 2);
+    let press = vec![(0.0, -5e-3), (0.2, 2e-3), (3.0, 2e-3), (3.2, -5e-3)];
+    session.hand(press).expect("a way");
+    for number in [0, 1, 0, 3] {
+        session
+            .feel(number, 0.0, None, 30.0, GOES_ON)
+            .expect("felt");
+        session.go_on(300, GOES_ON, &|_| ()).expect("felt");
+    }
+    let swings = session.feel(2, 0.0, Some(300), 30.0, GOES_ON);
+    refused(swings.map(|_| 0), "rest before it");
+    // The session goes on with the law that is felt; from rest the other one comes.
+    session.go_on(400, GOES_ON, &|_| ()).expect("felt");
+    assert!(session.felt().touched);
+    assert!(session.rest(5.0, GOES_ON).expect("goes on"));
+    assert!(session.feel(2, 0.0, Some(10), 30.0, GOES_ON).expect("felt"));
+    session.close().expect("closed");
+    let (_, events) = entries(session.log());
+    let tissues = events.iter().filter(|(_, kind, text)| {
+        kind == "feel"
+            && text.contains("tissue fish-muscle (fractional-maxwell: viscosity_pa_s_alpha")
+    });
+    assert_eq!(tissues.count(), 1);
+}
+
 fn opened_at(folder: &Path, keys: &[(&str, toml::Value)]) -> Result<(), Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     Session::open(options(folder, keys), &stop, (), GOES_ON).map(drop)

@@ -221,3 +221,61 @@ fn both_devices_let_go_after_a_stop_and_after_a_fault_of_either() {
         assert!(before.iter().all(|force| *force == 0.0), "{case}");
     }
 }
+
+/// A wall of a tissue, in place of order, K and B.
+fn of_tissue(tissue: &str, more: &str) -> Result<WallTrial, FileError> {
+    read(&format!(
+        "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.001\ntissue = \"{tissue}\"\n{more}\n"
+    ))
+}
+
+#[test]
+fn a_wall_of_a_tissue_is_the_wall_of_its_numbers() {
+    // A slab of 4 cm² and 20 mm.
+    let slab = of_tissue("prostate-healthy", "").expect("read");
+    let numbers = (
+        slab.order.get(),
+        slab.stiffness_n_per_m,
+        slab.dissipation_n_s_mu_per_m,
+    );
+    let piece = slab.tissue.clone().expect("a tissue");
+    assert_eq!(
+        (numbers.1, numbers.2),
+        piece.material.spring_and_damper(0.02)
+    );
+    let given = read(&text(numbers, "", ""))
+        .map(|wall| by_itself(&wall))
+        .expect("read");
+    let twice = of_tissue("prostate-healthy", "area_m2 = 8e-4").expect("read");
+    assert!((twice.dissipation_n_s_mu_per_m / numbers.2 - 2.0).abs() < 1e-12);
+    let (a, b) = (tried(&slab), tried(&given));
+    assert_eq!((a.verdict, a.largest_pull), (b.verdict, b.largest_pull));
+    // Elements in series, with all of their past and with the newest of it.
+    for scheme in ["full", "grunwald:500"] {
+        let muscle = of_tissue("fish-muscle", &format!("scheme = \"{scheme}\"")).expect("read");
+        assert!(muscle.model.is_some() && tried(&muscle).stable, "{scheme}");
+    }
+}
+
+#[test]
+fn a_tissue_and_numbers_of_a_wall_do_not_go_together() {
+    for (more, words) in [
+        ("order = 0.5", "order has no effect with `tissue`"),
+        ("stiffness_n_per_m = 300", "stiffness_n_per_m has no effect"),
+        ("scheme = \"muir:3\"", "grunwald:1000"),
+        ("contact = \"signed\"", "without stiffness"),
+        (
+            "loading = \"sphere\"\nindenter_radius_m = 0.005",
+            "not linear",
+        ),
+    ] {
+        let refused = of_tissue("fish-muscle", more).expect_err(more).to_string();
+        assert!(refused.contains(words), "{more}: {refused}");
+    }
+    let alone = read(&text((0.5, 300.0, 5.0), "area_m2 = 4e-4", ""));
+    let refused = alone.expect_err("no tissue").to_string();
+    assert!(
+        refused.contains("area_m2 has no effect without `tissue`"),
+        "{refused}"
+    );
+}
