@@ -153,8 +153,9 @@ def start(method: Method, trials: int) -> str:
 def started(run: Callable[..., None]) -> str:
     """`python EXAMPLE.py [SUBJECT [DEVICE [KEY=VALUE...]]]`; the subject."""
     subject, device, *keys = [*sys.argv[1:], *("p00", "sim")[len(sys.argv) - 1 :]]
+    given = dict(key.split("=", 1) for key in keys)
     try:
-        run(subject, device, **dict(key.split("=", 1) for key in keys))
+        run(subject, device, **{key: int(value) if value.isdecimal() else value for key, value in given.items()})
     except (TimeoutError, RuntimeError) as error:
         sys.exit(f"{error}; the table of {subject} has all trials that were answered: start again to go on")
     return subject

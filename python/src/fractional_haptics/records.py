@@ -19,8 +19,9 @@ import json
 import os
 import re
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
+
+from fractional_haptics import _native
 
 __all__ = ["Table"]
 
@@ -85,7 +86,7 @@ class Table:
         }
         participants = self._study / "participants.tsv"
         known = participants.read_text("utf-8").splitlines() if participants.exists() else ["participant_id"]
-        made_by = [{"Name": "fractional-haptics", "Version": version("fractional-haptics")}]
+        made_by = [{"Name": "fractional-haptics", "Version": _native.__version__}]
         about = {"Name": self._study.resolve().name, "BIDSVersion": "1.10.1", "DatasetType": "raw", "GeneratedBy": made_by}
         files = {
             participants: "\n".join([*known, *{self._subject} - set(known)]) + "\n",
@@ -114,8 +115,8 @@ class Table:
         """
         if others := set(values) ^ set(self._columns):
             raise ValueError(f"{sorted(others)} are missing, or no columns: give {', '.join(self._columns)}")
-        texts = ("n/a" if values[column] is None else " ".join(str(values[column]).split()) for column in self._columns)
-        row = dict(zip(self._columns, texts, strict=True))
+        texts = {column: "" if values[column] is None else str(values[column]) for column in self._columns}
+        row = {column: " ".join(text.split()) or "n/a" for column, text in texts.items()}
         with self.file.open("a", encoding="utf-8") as file:
             file.write("\t".join(row.values()) + "\n")
         self.rows.append(row)

@@ -3,7 +3,7 @@
 //! ```text
 //! m·x'' + (b + b_h)·x' + k_h·x = f + k_h·x_h + b_h·v_h
 //! ```
-//! - *Symbols*: m, b device; f its force; x_h, v_h place and speed that the hand wants, held over a sample; k_h, b_h its grip, part of the
+//! - *Symbols*: m, b device; f its force; `x_h`, `v_h` place and speed that the hand wants, held over a sample; `k_h`, `b_h` its grip, part of the
 //!   plant and so exact between samples.
 //! - *Start of a run*: at rest at 0, with the first move; after the last the script begins again, until the run ends.
 
