@@ -35,6 +35,8 @@ mod saved;
 #[cfg(feature = "std")]
 pub mod scheme;
 mod short_memory;
+#[cfg(feature = "alloc")]
+mod short_quotient;
 mod tustin_muir;
 mod weights;
 
@@ -62,5 +64,7 @@ pub use scheme::{Operator, OperatorHistory, OperatorList, Scheme, SchemeError};
 pub use short_memory::ShortMemory;
 #[cfg(feature = "alloc")]
 pub use short_memory::{ShortHistoryVec, ShortMemoryVec};
+#[cfg(feature = "alloc")]
+pub use short_quotient::{ShortQuotient, ShortQuotientHistory};
 pub use tustin_muir::{RecursionHistory, TustinMuir, TustinMuirHistory};
 pub use weights::{grunwald_weight, grunwald_weights, piecewise_linear_weight};

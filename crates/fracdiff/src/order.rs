@@ -158,6 +158,17 @@ pub enum ParameterError {
     /// Horizon of a design in samples, not longer than the memory it extends, or too long.
     #[error("horizon of {} samples is not in [{HORIZON_MIN:e}, {HORIZON_MAX:e}]", Shown(*.0))]
     Horizon(f64),
+    /// A quotient whose recursion may grow.
+    #[error(
+        "quotient of sums: its coefficients are not all finite, or the newest of the denominator, {newest:e}, is not above {others:e}, the sum of the others' sizes"
+    )]
+    #[non_exhaustive]
+    Quotient {
+        /// a₀.
+        newest: f64,
+        /// Σ|`a_j`| of the others.
+        others: f64,
+    },
     /// A mode of a kernel of one's own.
     #[error(
         "mode of rate {rate:e} and weight {weight:e}: the rate must be above 0, and both finite"

@@ -18,7 +18,8 @@ use crate::order::check_length;
 use crate::{
     Band, Bdf2History, Bdf2Memory, Differintegrator, FirHistory, FrequencyResponse, FullMemory,
     FullMemoryHistory, MuirPolynomial, Order, Oustaloup, OustaloupHistory, ParameterError, Real,
-    Seconds, ShortHistoryVec, ShortMemoryVec, TustinMuir, TustinMuirHistory,
+    Seconds, ShortHistoryVec, ShortMemoryVec, ShortQuotient, ShortQuotientHistory, TustinMuir,
+    TustinMuirHistory,
 };
 use core::fmt;
 use core::str::FromStr;
@@ -328,6 +329,8 @@ pub enum Operator<F> {
     FullMemory(Box<FullMemory<F, FULL_TAPS, FULL_MODES>>),
     /// `full-bdf2`.
     Bdf2Memory(Box<Bdf2Memory<F, FULL_TAPS, FULL_MODES>>),
+    /// Several elements of `grunwald:N` in series.
+    ShortQuotient(ShortQuotient<F>),
 }
 
 /// History of [`Operator`].
@@ -348,6 +351,8 @@ pub enum OperatorHistory<F> {
     FullMemory(Box<FullMemoryHistory<F, FULL_TAPS, FULL_MODES>>),
     /// History of `full-bdf2`.
     Bdf2Memory(Box<Bdf2History<F, FULL_TAPS, FULL_MODES>>),
+    /// History of `grunwald:N` of elements in series.
+    ShortQuotient(ShortQuotientHistory<F>),
 }
 
 /// An operator as numbers, see [`portable`](crate::portable).
@@ -391,6 +396,7 @@ impl<F: Real> From<&Operator<F>> for OperatorList<F> {
             Operator::ShortMemory(o) => (Form::Taps, (0, o.list())),
             Operator::MuirPolynomial(o) => (Form::Taps, (0, o.list())),
             Operator::TustinMuir(o) => (Form::Recursion, o.list()),
+            Operator::ShortQuotient(o) => (Form::Recursion, (0, o.list())),
             Operator::Oustaloup(o) => (Form::Modes, o.list()),
             Operator::FullMemory(o) => return Self::from(&**o),
             Operator::Bdf2Memory(o) => return Self::from(&**o),
@@ -432,7 +438,7 @@ impl<F: Real> Differintegrator<F> for Operator<F> {
 
     one_of!(
         OperatorHistory, Differintegrator::advance:
-        ShortMemory MuirPolynomial TustinMuir Oustaloup FullMemory Bdf2Memory
+        ShortMemory MuirPolynomial TustinMuir Oustaloup FullMemory Bdf2Memory ShortQuotient
     );
 }
 
@@ -445,6 +451,7 @@ impl<F: Real> FrequencyResponse for Operator<F> {
             Self::Oustaloup(o) => o.response(theta),
             Self::FullMemory(o) => o.response(theta),
             Self::Bdf2Memory(o) => o.response(theta),
+            Self::ShortQuotient(o) => o.response(theta),
         }
     }
 }

@@ -94,6 +94,10 @@ pub(crate) const HEADINGS: &[KeyTable] = &[
         keys::admittance::ADMITTANCE_TABLE,
     ),
     ("[wall], required", keys::wall::WALL_REQUIRED),
+    (
+        "[wall], its law: order, K and B, or a piece of tissue",
+        keys::wall::WALL_LAW,
+    ),
     ("[wall]", keys::wall::WALL),
     ("[coupler], required", judged::COUPLER_REQUIRED),
     ("[coupler]", judged::COUPLER),

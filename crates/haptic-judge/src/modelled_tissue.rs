@@ -9,7 +9,8 @@ use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::num_complex::Complex;
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
 use fracdiff::{
-    Channel, Differintegrator as _, FullMemory, Operator, Order, Real, Scheme, SchemeError, Seconds,
+    Channel, Differintegrator as _, FullMemory, Operator, Order, Real, Scheme, SchemeError,
+    Seconds, ShortQuotient,
 };
 use haptic_analysis::{AnalysisError, LoopOperator};
 use haptic_document::Failure;
@@ -373,6 +374,12 @@ pub fn operator<F: Real>(
         let built = scheme.build(order, sample_time, horizon);
         return built.map_err(Failure::input);
     };
+    if let Scheme::Grunwald { length } = scheme {
+        let (order, quotient) = short_memory(model, sample_time, length)?;
+        let quotient = quotient.each_ref().map(Vec::as_slice);
+        let built = ShortQuotient::new(order, quotient, sample_time).map_err(Failure::input)?;
+        return Ok(Operator::ShortQuotient(built));
+    }
     let design = design(model, scheme, sample_time, horizon)?;
     let memory = FullMemory::new(&design, sample_time).map_err(Failure::input)?;
     Ok(Operator::FullMemory(Box::new(memory)))
@@ -389,11 +396,28 @@ pub fn loop_operator(
     sample_time: Seconds,
     horizon: f64,
 ) -> Result<LoopOperator, Failure> {
-    let made = match model {
-        None => LoopOperator::new(scheme, order, sample_time, horizon),
-        Some(model) => LoopOperator::from_design(&design(model, scheme, sample_time, horizon)?),
+    let made = match (model, scheme) {
+        (None, _) => LoopOperator::new(scheme, order, sample_time, horizon),
+        (Some(model), Scheme::Grunwald { length }) => {
+            let (order, [above, below]) = short_memory(model, sample_time, length)?;
+            LoopOperator::from_quotient(order, above, below)
+        }
+        (Some(model), _) => {
+            LoopOperator::from_design(&design(model, scheme, sample_time, horizon)?)
+        }
     };
     made.map_err(|error: AnalysisError| Failure::input(error))
+}
+
+/// μ of a model, and numerator and denominator of its memory where each element remembers so many samples.
+fn short_memory(
+    model: &Model,
+    sample_time: Seconds,
+    length: usize,
+) -> Result<(Order, [Vec<f64>; 2]), Failure> {
+    let sampled = SampledModel::new(model, sample_time).map_err(Failure::input)?;
+    let quotient = sampled.short_memory(length).map_err(Failure::input)?;
+    Ok((sampled.order(), quotient))
 }
 
 /// The modes of a model.
@@ -413,8 +437,9 @@ fn design(
     } = scheme
     else {
         return Err(Failure::bad_input(format_args!(
-            "scheme {scheme} makes one spring-pot, not a model with more elements: use {scheme_full}",
-            scheme_full = SCHEME.set_to("full")
+            "scheme {scheme} makes one spring-pot, not a model with more elements: use {scheme_full}, or a short memory, as in {short}",
+            scheme_full = SCHEME.set_to("full"),
+            short = SCHEME.set_to("grunwald:1000")
         )));
     };
     sampled

@@ -1,5 +1,6 @@
 //! A wall that a device hits and is pushed into.
 
+use crate::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::position_controller::PositionController;
 use crate::position_law::PositionLaw;
 use crate::preflight::{Preflight, WallContact};
@@ -7,21 +8,20 @@ use crate::pushed_trial::{PushedTrial, six_digits};
 use crate::robot;
 use crate::settling::Settling;
 use crate::setup::{Beside, TrialParts, TrialSetup, setup};
-use crate::tissue_table::scheme;
+use crate::tissue_table::{linear_piece, scheme};
 use crate::trial::{VirtualWall, thrown, wall_at_start};
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::{AdmittanceWorld, Dynamics};
-use haptic_document::parameters::LOOP;
-use haptic_document::parameters::Parameter;
+use haptic_document::parameters::{LOOP, Parameter, UNNAMED_PIECE};
 use haptic_document::{Failure, FileError, Table};
 use haptic_link::LoopMode;
 use haptic_loop::plant::run_wall;
 use haptic_loop::{Controller, Limit, OwnPush, Pushing};
 use haptic_tissue::Model;
 use haptic_trial::GuardChoice;
-use haptic_trial::device_table::encoder_step;
+use haptic_trial::device_table::{encoder_step, without};
 use haptic_trial::keys::wall::{
-    DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT,
+    DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_TISSUE,
 };
 use haptic_trial::preflight::PreflightVerdict;
 use haptic_trial::tap::TappedLaw;
@@ -36,6 +36,8 @@ pub struct WallTrial {
     pub order: Order,
     /// The model whose memory the operator is, for slow motion of the order μ; `None` for D^μ.
     pub model: Option<Model>,
+    /// The tissue that the law is of, if it is of one.
+    pub tissue: Option<Box<ModelledTissue>>,
     /// The controller in place of it all, for which μ = 1 and B = T only set the unit: of a design.
     pub controller: Option<Box<PositionController>>,
     /// Numerical scheme of the operator.
@@ -67,6 +69,18 @@ pub fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
     Ok(contact)
 }
 
+/// The piece of tissue that a table asks for in place of order, K and B.
+fn tissue(table: &Table<'_>) -> Result<Option<TissuePiece>, FileError> {
+    if table.text(&WALL_TISSUE)?.is_empty() {
+        let why = format!("without a tissue: give {WALL_TISSUE}");
+        without(table, UNNAMED_PIECE, &why)?;
+        return Ok(None);
+    }
+    let why = format!("with {WALL_TISSUE}, which brings its own: omit that");
+    without(table, [&ORDER, &STIFFNESS, &DISSIPATION], &why)?;
+    linear_piece(table).map(Some)
+}
+
 /// `[wall]`: device, wall and trial, with the table of a second device that pushes.
 ///
 /// # Errors
@@ -77,11 +91,19 @@ pub fn wall(
     at_port: [Option<LoopMode>; 2],
 ) -> Result<WallTrial, FileError> {
     let setup = setup(table, &MUST_BE_STABLE, beside, at_port)?;
-    let order = table.order(&ORDER)?;
+    let piece = tissue(table)?;
+    let material = piece.as_ref().map(|piece| &piece.material);
+    let order = match material {
+        Some(material) => material.order(),
+        None => table.order(&ORDER)?,
+    };
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
-    let scheme = scheme(table, None, order, t, duration_s)?;
-    let stiffness = table.required(&STIFFNESS)?;
-    let dissipation = table.required(&DISSIPATION)?;
+    let model = material.and_then(|material| material.composed());
+    let scheme = scheme(table, model, order, t, duration_s)?;
+    let (stiffness, dissipation) = match &piece {
+        Some(piece) => piece.spring_and_damper(),
+        None => (table.required(&STIFFNESS)?, table.required(&DISSIPATION)?),
+    };
     let contact = contact(table)?;
     if contact == WallContact::Signed {
         let key = WALL_CONTACT.key;
@@ -101,6 +123,8 @@ pub fn wall(
     }
     let wall = WallTrial {
         contact,
+        model: model.cloned(),
+        tissue: piece.map(|piece| piece.material),
         ..WallTrial::linear(setup, order, scheme, stiffness, dissipation)
     };
     (wall.parts()).map_err(|error| table.fail(error))?;
@@ -120,6 +144,7 @@ impl WallTrial {
             setup,
             order,
             model: None,
+            tissue: None,
             controller: None,
             scheme,
             stiffness_n_per_m,
@@ -159,7 +184,8 @@ impl WallTrial {
         let wall = [self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m];
         let there = setup.at_port == Some(LoopMode::Device);
         let tapped = (setup.plan()).tapped(&setup.device, wall, self.order, self.contact);
-        tapped.filter(|_| there)
+        // The swing of a tapped K + B·D^μ is known, that of a model is not.
+        tapped.filter(|_| there && self.model.is_none())
     }
 
     /// The law for so many samples, and its verdict on such a device.
@@ -272,16 +298,22 @@ impl PushedTrial for WallTrial {
     }
 
     fn law_in_words(&self) -> String {
-        format!(
-            "order μ = {} · K = {} N/m · B = {} N·s^μ/m",
-            self.order,
-            six_digits(self.stiffness_n_per_m),
-            six_digits(self.dissipation_n_s_mu_per_m)
-        ) + match self.contact {
-            WallContact::Linear => "",
-            WallContact::OneSided => " · only pushes",
-            WallContact::Signed => " · only pushes, signed",
-        }
+        let name = self
+            .tissue
+            .as_ref()
+            .map(|tissue| format!("{} · ", tissue.name));
+        name.unwrap_or_default()
+            + &format!(
+                "order μ = {} · K = {} N/m · B = {} N·s^μ/m",
+                self.order,
+                six_digits(self.stiffness_n_per_m),
+                six_digits(self.dissipation_n_s_mu_per_m)
+            )
+            + match self.contact {
+                WallContact::Linear => "",
+                WallContact::OneSided => " · only pushes",
+                WallContact::Signed => " · only pushes, signed",
+            }
     }
 
     fn hits(&self) -> Vec<f64> {

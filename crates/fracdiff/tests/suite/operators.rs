@@ -7,8 +7,8 @@ use core::f64::consts::PI;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{
     Band, Channel, Differintegrator, ExactDifference, FrequencyResponse, MuirPolynomial, Operator,
-    Oustaloup, Real, Scheme, Seconds, ShortMemory, ShortMemoryVec, TustinMuir, grunwald_weights,
-    muir_coefficients,
+    Oustaloup, PortableOperator, Real, Scheme, Seconds, ShortMemory, ShortMemoryVec, ShortQuotient,
+    TustinMuir, grunwald_weights, muir_coefficients,
 };
 use num_complex::Complex;
 use proptest::prelude::*;
@@ -24,7 +24,9 @@ fn every_kind_of_operator_is_in_the_list() {
             Operator::Oustaloup(_) => 3,
             Operator::FullMemory(_) => 4,
             Operator::Bdf2Memory(_) => 5,
-            _ => panic!("a new kind: add it to SCHEMES"),
+            Operator::ShortQuotient(_) | _ => {
+                panic!("no scheme of one order, or a new kind: add it to SCHEMES")
+            }
         })
         .collect();
     kinds.dedup();
@@ -46,6 +48,68 @@ fn short_memory_is_its_defining_sum_through_several_wraps() {
         let gains: f64 = grunwald_weights(order(mu)).take(100).map(f64::abs).sum();
         let summed = SAMPLE_TIME.0.powf(-mu) * gains * largest(&x);
         assert_close(&run(&single, &x), &want, 6.0 * 2f64.powi(-24) * summed);
+    }
+}
+
+/// A fractional Zener element of short memories: Σ of (a + k·d) over (a + d), as its weights give it.
+fn zener(alpha: f64, length: usize) -> [Vec<f64>; 2] {
+    let weights: Vec<f64> = grunwald_weights(order(alpha)).take(length).collect();
+    let below: Vec<f64> = (0..length)
+        .map(|j| 3.0 * weights[j] + f64::from(u8::from(j == 0)))
+        .collect();
+    [weights.iter().map(|c| 2.0 * c).collect(), below]
+}
+
+#[test]
+fn a_short_quotient_is_its_defining_recursion() {
+    let (x, t) = (lively(500), Seconds(1e-3));
+    // Over 1 it is the short memory itself.
+    let weights: Vec<f64> = grunwald_weights(order(0.4)).take(90).collect();
+    let alone = ShortQuotient::<f64>::new(order(0.4), [&weights, &[1.0]], t).expect("valid");
+    let short = ShortMemoryVec::<f64>::new(order(0.4), 90, t).expect("valid");
+    let want = run(&short, &x);
+    assert_close(&run(&alone, &x), &want, 1e-13 * largest(&want));
+    for (alpha, length) in [(0.3, 1), (0.3, 2), (0.7, 61), (1.0, 300), (0.05, 120)] {
+        let [above, below] = zener(alpha, length);
+        let quotient = ShortQuotient::<f64>::new(order(0.0), [&above, &below], t).expect("valid");
+        let mut want: Vec<f64> = Vec::new();
+        for n in 0..x.len() {
+            let heard: f64 = (0..length.min(n + 1)).map(|j| above[j] * x[n - j]).sum();
+            let own: f64 = (1..length.min(n + 1)).map(|j| below[j] * want[n - j]).sum();
+            want.push((heard - own) / below[0]);
+        }
+        assert_close(&run(&quotient, &x), &want, 1e-13 * largest(&want));
+        // A board runs its list, to the bit.
+        let list = Operator::ShortQuotient(quotient.clone())
+            .list()
+            .expect("a list");
+        let board = PortableOperator::<f64, 8, 8, 300>::new(list.form, list.integer, &list.values);
+        assert_eq!(run(&board.expect("fits"), &x), run(&quotient, &x));
+        // A step that stood for ever stands; and the response is the sum of its own impulse response.
+        let mut settled = quotient.settled(1.5).expect("settles");
+        let first = quotient.step(&mut settled, 1.5);
+        assert!((quotient.step(&mut settled, 1.5) - first).abs() < 1e-13 * first.abs().max(1.0));
+        let mut impulse = vec![0.0; 40_000];
+        impulse[0] = 1.0;
+        let impulse = run(&quotient, &impulse);
+        let theta = 0.7;
+        let sum: Complex<f64> = (impulse.iter().enumerate())
+            .map(|(n, y)| Complex::from_polar(*y, -theta * n as f64))
+            .sum();
+        assert!(
+            (quotient.response(theta) - sum).norm() < 1e-9,
+            "{alpha} {length}"
+        );
+    }
+    for [above, below] in [
+        [&[1.0, 2.0][..], &[1.0, -1.0][..]],
+        [&[1.0], &[f64::NAN]],
+        [&[f64::INFINITY], &[1.0]],
+        [&[], &[1.0]],
+        [&[1.0], &[-2.0, 1.0]],
+    ] {
+        let refused = ShortQuotient::<f64>::new(order(0.0), [above, below], t);
+        assert!(refused.is_err(), "{above:?} over {below:?}");
     }
 }
 

@@ -5,6 +5,7 @@ mod coupled;
 mod coupling;
 mod hand_port;
 mod lateness;
+mod law_set;
 mod margin;
 mod own_operator;
 mod passivity;

@@ -38,6 +38,10 @@ impl Trial for WallTrial {
         })
     }
 
+    fn tissue_file(&self) -> Option<String> {
+        self.tissue.as_ref().map(|tissue| tissue.to_toml())
+    }
+
     /// The force is −(K·x + B·D^μ x) by the full history of x, or its push alone.
     fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure> {
         let kernel = ReferenceWeights::of(self.scheme);

@@ -15,7 +15,6 @@ use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::Matter;
 use haptic_judge::tissue_table::{fits, piece};
 use haptic_quantity::{digits, in_five_digits};
-use haptic_tissue::{Model, SampledModel};
 use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
 use serde_json::{Value, json};
 
@@ -156,11 +155,7 @@ impl Law {
             dissipation: Some(judged.dissipation_n_s_mu_per_m),
             order: judged.order,
             scheme,
-            operator: match (judged.model, scheme) {
-                // No loop runs one: it is analysed for comparison.
-                (Some(model), Scheme::Grunwald { length }) => short_memory(model, t, length)?,
-                _ => judged.loop_operator()?,
-            },
+            operator: judged.loop_operator()?,
             in_place: Some(InPlace::Tissue(Box::new(JudgedTissue {
                 depth_m,
                 slope: judged.map.map_or(1.0, |(_, slope)| slope),
@@ -284,12 +279,6 @@ pub fn of_a_tissue_alone(table: &Table<'_>) -> Result<(), FileError> {
 /// True of two sample times that differ by rounding alone.
 fn same_time(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * b
-}
-
-fn short_memory(model: &Model, t: Seconds, length: usize) -> Result<LoopOperator, Failure> {
-    let sampled = SampledModel::new(model, t).map_err(Failure::input)?;
-    let [above, below] = sampled.short_memory(length).map_err(Failure::input)?;
-    LoopOperator::from_quotient(sampled.order(), above, below).map_err(Failure::input)
 }
 
 impl InPlace {

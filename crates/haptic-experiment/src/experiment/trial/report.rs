@@ -11,6 +11,7 @@ use crate::judge::warnings::Warnings;
 use crate::judge::{Published, origin};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
+use haptic_document::parameters::TISSUE_IN_LOG;
 use haptic_document::{Failure, Named as _, rows};
 use haptic_judge::compared::Compared;
 use haptic_judge::curves::{Curves, Drawing};
@@ -60,6 +61,11 @@ pub(crate) trait Trial: PushedTrial + Debug + Send + Sync + 'static {
     /// Place of an object behind the law, m.
     fn object_m(&self, _: &Ran) -> Result<Option<OfSample<'_>>, Failure> {
         Ok(None)
+    }
+
+    /// The text of the file of the tissue that the law is of.
+    fn tissue_file(&self) -> Option<String> {
+        None
     }
 
     /// A further warning about a run.
@@ -334,6 +340,8 @@ impl<T: Trial> Experiment for Conducted<T> {
         // A serial device is not thrown.
         let impact = setup.plan().impact_m_per_s.to_string();
         metadata.insert("impact_m_per_s".to_owned(), impact);
+        let file = self.trial.tissue_file();
+        metadata.extend(file.map(|file| (TISSUE_IN_LOG.to_owned(), file)));
         metadata
     }
 
