@@ -127,6 +127,25 @@ impl PySession {
         self.conducted(py, None, move |session, _| session.allow(&walls))
     }
 
+    /// Proves all walls between two.
+    fn allow_between(
+        &self,
+        py: Python<'_>,
+        first: &Bound<'_, PyDict>,
+        second: &Bound<'_, PyDict>,
+    ) -> PyResult<()> {
+        let ends = [document("wall", first)?, document("wall", second)?];
+        self.conducted(py, None, move |session, _| {
+            session.allow_between(ends.each_ref())
+        })
+    }
+
+    /// The number of a wall in a region.
+    fn inside(&self, py: Python<'_>, wall: &Bound<'_, PyDict>) -> PyResult<usize> {
+        let wall = document("wall", wall)?;
+        self.conducted(py, None, move |session, _| session.inside(&wall))
+    }
+
     /// Makes a wall be felt, and sums what is felt over so many ticks at most; false if the handle stayed behind its surface.
     fn feel(
         &self,

@@ -8,6 +8,7 @@ pub mod coupler;
 pub mod curves;
 pub mod decimated;
 pub mod felt;
+pub mod law_region;
 pub mod modelled_tissue;
 pub mod position_controller;
 pub mod position_law;

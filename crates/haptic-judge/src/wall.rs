@@ -1,6 +1,6 @@
 //! A wall that a device hits and is pushed into.
 
-use crate::modelled_tissue::{ModelledTissue, TissuePiece};
+use crate::modelled_tissue::TissuePiece;
 use crate::position_controller::PositionController;
 use crate::position_law::PositionLaw;
 use crate::preflight::{Preflight, WallContact};
@@ -36,8 +36,8 @@ pub struct WallTrial {
     pub order: Order,
     /// The model whose memory the operator is, for slow motion of the order μ; `None` for D^μ.
     pub model: Option<Model>,
-    /// The tissue that the law is of, if it is of one.
-    pub tissue: Option<Box<ModelledTissue>>,
+    /// The piece of tissue that the law is of, if it is of one.
+    pub tissue: Option<TissuePiece>,
     /// The controller in place of it all, for which μ = 1 and B = T only set the unit: of a design.
     pub controller: Option<Box<PositionController>>,
     /// Numerical scheme of the operator.
@@ -98,8 +98,8 @@ pub fn wall(
         None => table.order(&ORDER)?,
     };
     let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
-    let model = material.and_then(|material| material.composed());
-    let scheme = scheme(table, model, order, t, duration_s)?;
+    let model = material.and_then(|material| material.composed()).cloned();
+    let scheme = scheme(table, model.as_ref(), order, t, duration_s)?;
     let (stiffness, dissipation) = match &piece {
         Some(piece) => piece.spring_and_damper(),
         None => (table.required(&STIFFNESS)?, table.required(&DISSIPATION)?),
@@ -123,8 +123,8 @@ pub fn wall(
     }
     let wall = WallTrial {
         contact,
-        model: model.cloned(),
-        tissue: piece.map(|piece| piece.material),
+        model,
+        tissue: piece,
         ..WallTrial::linear(setup, order, scheme, stiffness, dissipation)
     };
     (wall.parts()).map_err(|error| table.fail(error))?;
@@ -298,10 +298,7 @@ impl PushedTrial for WallTrial {
     }
 
     fn law_in_words(&self) -> String {
-        let name = self
-            .tissue
-            .as_ref()
-            .map(|tissue| format!("{} · ", tissue.name));
+        let name = (self.tissue.as_ref()).map(|piece| format!("{} · ", piece.material.name));
         name.unwrap_or_default()
             + &format!(
                 "order μ = {} · K = {} N/m · B = {} N·s^μ/m",

@@ -8,8 +8,9 @@
         s.rest()
         s.mark("answer", "second")
 
-A wall is a dict with the keys of a ``[wall]`` for its law: ``order``, ``stiffness_n_per_m``, ``dissipation_n_s_mu_per_m``, and
-perhaps ``scheme`` and ``contact``; it only pushes. The device is armed once, with its loop on this computer; between two walls
+A wall is a dict with the keys of a ``[wall]`` for its law: ``order``, ``stiffness_n_per_m``, ``dissipation_n_s_mu_per_m``, or
+``tissue``, a name, a file or a `tissue.Material`, with ``area_m2`` and the like of the piece; and perhaps ``scheme`` and
+``contact``. It only pushes. The device is armed once, with its loop on this computer; between two walls
 there is no force. After Ctrl-C, a signal or the end of Python the force ramps to zero and the log is closed, as for a run of
 `experiment`.
 """
@@ -19,11 +20,13 @@ from __future__ import annotations
 import json
 import math
 import os
+import tempfile
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 from fractional_haptics import _native
 from fractional_haptics._values import Shown
@@ -90,9 +93,26 @@ def _seconds(name: str, time: Quantity) -> float:
     return value
 
 
-def _key(wall: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+def _text(value: Any) -> str:
     # Numbers of NumPy are those of Python.
-    return tuple(sorted((key, value if isinstance(value, str) else repr(float(value))) for key, value in wall.items()))
+    return repr(float(value)) if isinstance(value, SupportsFloat) else value.to_toml() if hasattr(value, "to_toml") else str(value)
+
+
+def _key(wall: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+    return tuple(sorted((key, _text(value)) for key, value in wall.items()))
+
+
+@contextmanager
+def _files(walls: Iterable[Mapping[str, Any]]) -> Iterator[list[dict[str, Any]]]:
+    """The walls with a file for each `tissue.Material`, as long as they are read."""
+    with tempfile.TemporaryDirectory() as folder:
+        plain = [dict(wall) for wall in walls]
+        for place, wall in enumerate(plain):
+            tissue = wall.get("tissue")
+            if hasattr(tissue, "to_toml"):
+                wall["tissue"] = Path(folder) / f"{place}.toml"
+                wall["tissue"].write_text(tissue.to_toml(), encoding="utf-8")
+        yield plain
 
 
 class Session:
@@ -119,8 +139,22 @@ class Session:
             The first that may not be felt, by its place from 0 on, and why.
         """
         new = [dict(wall) for wall in walls]
-        first = self._native.allow(new)
+        with _files(new) as plain:
+            first = self._native.allow(plain)
         self._allowed.update({_key(wall): first + place for place, wall in enumerate(new)})
+
+    def allow_between(self, first: Mapping[str, Any], second: Mapping[str, Any]) -> None:
+        """Proves all walls between two, free and in a hand, and all that is felt while one becomes another. Any of them may be felt then.
+
+        Between two walls lie their orders, stiffnesses and dissipations; between two tissues of one model the numbers of the model.
+
+        Raises
+        ------
+        ValueError
+            Two walls of different kinds; a region that is not proved, with the largest part of it that is.
+        """
+        with _files([first, second]) as (one, other):
+            self._native.allow_between(one, other)
 
     def feel(
         self,
@@ -141,7 +175,7 @@ class Session:
         Parameters
         ----------
         wall : dict
-            One of those that were allowed.
+            One of those that were allowed, or one between two that were.
         seconds : float or str, optional
             For how long.
         until : callable, optional
@@ -156,17 +190,20 @@ class Session:
         Raises
         ------
         ValueError
-            A wall that was not allowed.
+            A wall that was not allowed, with the nearest that was; or one that the wall that is felt cannot become without a mix that may
+            be unstable. The session goes on.
         TimeoutError
             The handle was still behind the surface after the patience. The wall does not come any more.
         RuntimeError
             A fault, a lost device or a stop: the session has ended, its log is kept. A call from another thread, or from ``progress``.
         """
-        number = self._allowed.get(_key(wall))
-        if number is None:
-            raise ValueError("this wall was not allowed: call allow with it first")
         if seconds is None and until is None:
             raise ValueError("the end of feel is missing: give seconds or until")
+        number = self._allowed.get(_key(wall))
+        if number is None:
+            with _files([wall]) as (plain,):
+                number = self._native.inside(plain)
+            self._allowed[_key(wall)] = number
         _, surface_m = _native.quantity(["surface_m"], "surface", surface, isinstance(surface, int | float))
         sample_time = self._native.sample_time
         ticks = None if seconds is None else max(round(_seconds("seconds", seconds) / sample_time), 1)

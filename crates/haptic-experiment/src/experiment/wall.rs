@@ -39,7 +39,7 @@ impl Trial for WallTrial {
     }
 
     fn tissue_file(&self) -> Option<String> {
-        self.tissue.as_ref().map(|tissue| tissue.to_toml())
+        self.tissue.as_ref().map(|piece| piece.material.to_toml())
     }
 
     /// The force is −(K·x + B·D^μ x) by the full history of x, or its push alone.

@@ -25,7 +25,9 @@ use haptic_analysis::Dynamics;
 use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
 use haptic_document::{Document, Failure, IN_LOG, Named as _};
 use haptic_judge::felt::{Certificate, Certifying, FeltSummary, Tally};
+use haptic_judge::law_region::{LawRegion, prove_mix};
 use haptic_judge::trial::no_wall;
+use haptic_judge::wall::WallTrial;
 use haptic_link::LoopMode;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::NewtonsPerMetre;
@@ -44,10 +46,10 @@ use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevi
 use haptic_trial::in_hand::law::{HORIZON, fading, refuse_unstable, ticks};
 use haptic_trial::in_hand::place::Placed;
 use haptic_trial::keys::trial::{PUSH, TRIAL_FORCE_LIMIT};
-use haptic_trial::keys::wall::{DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT};
+use haptic_trial::keys::wall::{DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_LAW};
 use haptic_trial::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -58,14 +60,12 @@ use std::time::Duration;
 const KIND: &str = "session";
 /// Its table in a document: keys of a wall, its device, its safety chain.
 const TABLE: &str = "wall";
-/// Keys of a wall that is to be felt; all others are the session's.
-const WALL_KEYS: [&str; 5] = [
-    ORDER.key,
-    STIFFNESS.key,
-    DISSIPATION.key,
-    SCHEME.key,
-    WALL_CONTACT.key,
-];
+/// Keys of a law that is to be felt; all others are the session's.
+fn law_keys() -> impl Iterator<Item = &'static str> {
+    let others = [&SCHEME, &WALL_CONTACT];
+    WALL_LAW.iter().chain(others).map(|parameter| parameter.key)
+}
+
 /// Ticks of a session at most: eleven days at 1 kHz.
 const TICKS: u64 = 1_000_000_000;
 /// Ticks of virtual time at once, fewer than the ring to the keeper holds.
@@ -80,7 +80,8 @@ const CLEAR_M: f64 = 1e-5;
 const ANSWER: &str = "answer";
 /// Event at the end of a wall.
 const CERTIFICATE: &str = "certificate";
-const NOT_ALLOWED: &str = "this wall is not among those that were allowed: allow it first";
+const NOT_ALLOWED: &str =
+    "this wall is not among those that were allowed, nor in a region of them: allow it first";
 /// Push of an emulated device's hand if nobody asks for one, N: next to none.
 const NO_PUSH_N: f64 = 1e-6;
 
@@ -125,10 +126,11 @@ pub struct SessionOptions {
     pub realtime: Option<RealtimeOptions>,
 }
 
-/// A wall that may be felt.
+/// A law that may be felt.
 #[derive(Clone, Debug)]
 struct Allowed {
     law: Pushing<Wall<f64, Operator<f64>>>,
+    trial: WallTrial,
     words: String,
 }
 
@@ -168,6 +170,11 @@ struct Connected {
 #[derive(Debug, Default)]
 struct Course {
     allowed: Vec<Allowed>,
+    regions: Vec<LawRegion>,
+    /// Pairs of laws whose mixes are proved.
+    mixes: BTreeSet<[usize; 2]>,
+    /// The law that is felt, or was the last to be.
+    newest: usize,
     /// Number of walls that were felt.
     number: u64,
     /// The surface of the wall that is felt, m.
@@ -220,7 +227,7 @@ fn prepared(options: &SessionOptions) -> Result<Document, Failure> {
     let mut document = options.document.clone();
     let given: Vec<String> = document.given().map(str::to_owned).collect();
     let has = |key: &str| given.iter().any(|given| given == key);
-    if let Some(key) = WALL_KEYS.iter().find(|key| has(key)) {
+    if let Some(key) = law_keys().find(|key| has(key)) {
         return Err(Failure::bad_input(format_args!(
             "{key} is of a wall, not of the session: give it in a wall to allow"
         )));
@@ -622,7 +629,7 @@ impl Session {
     pub fn allow(&self, walls: &[Document]) -> Result<usize, Failure> {
         self.goes_on()?;
         let judged = walls.iter().enumerate().map(|(place, wall)| {
-            let judged = self.judged(wall);
+            let judged = self.law_of(wall).and_then(|trial| self.judged(trial));
             judged.map_err(|failure| Failure::bad_input(format_args!("wall {place}: {failure}")))
         });
         let judged = judged.collect::<Result<Vec<Allowed>, Failure>>()?;
@@ -632,32 +639,123 @@ impl Session {
         Ok(first)
     }
 
-    fn judged(&self, law: &Document) -> Result<Allowed, Failure> {
-        if let Some(other) = law.given().find(|given| !WALL_KEYS.contains(given)) {
+    /// The law of its keys on this device.
+    fn law_of(&self, law: &Document) -> Result<WallTrial, Failure> {
+        if let Some(other) = law
+            .given()
+            .find(|given| law_keys().all(|key| key != *given))
+        {
+            let keys: Vec<&str> = law_keys().collect();
             return Err(Failure::bad_input(format_args!(
                 "{other} is not a key of a wall to feel: give some of {}",
-                WALL_KEYS.join(", ")
+                keys.join(", ")
             )));
         }
-        let wall = wall(&self.base.with(law)?)?;
-        let held = Dynamics {
-            damping_n_s_per_m: self.dynamics.damping_n_s_per_m + HAND_DAMPING.0,
-            hand_stiffness_n_per_m: self.dynamics.hand_stiffness_n_per_m + HAND_STIFFNESS.0,
+        Ok(wall(&self.base.with(law)?)?.trial)
+    }
+
+    /// The device behind the line, free and in a hand.
+    fn devices(&self) -> [Dynamics; 2] {
+        let free = Dynamics {
+            delay_s: self.dynamics.delay_s + self.line as f64 * self.t.0,
             ..self.dynamics
         };
-        let (felt, free) = wall.trial.judged_law(HORIZON, self.dynamics, self.line)?;
-        let (_, in_hand) = wall.trial.judged_law(HORIZON, held, self.line)?;
+        let held = Dynamics {
+            damping_n_s_per_m: free.damping_n_s_per_m + HAND_DAMPING.0,
+            hand_stiffness_n_per_m: free.hand_stiffness_n_per_m + HAND_STIFFNESS.0,
+            ..free
+        };
+        [free, held]
+    }
+
+    fn judged(&self, trial: WallTrial) -> Result<Allowed, Failure> {
+        let [free, held] = self.devices();
+        let (felt, free) = trial.judged_law(HORIZON, free, 0)?;
         refuse_unstable(&free)?;
-        refuse_unstable(&in_hand)?;
+        refuse_unstable(&trial.look(HORIZON).verdict(held, 0)?)?;
+        let tissue = trial.tissue.as_ref().map(|piece| {
+            let model = &piece.material.model;
+            let numbers = model.parameters().into_iter();
+            let numbers = numbers.map(|(parameter, value)| format!("{} {value}", parameter.name));
+            let numbers: Vec<String> = numbers.collect();
+            format!(
+                "tissue {} ({}: {}), ",
+                piece.material.name,
+                model.kind().name(),
+                numbers.join(", ")
+            )
+        });
         let words = format!(
-            "order {}, K {} N/m, B {} N·s^μ/m, scheme {}, contact {}",
-            wall.trial.order,
-            wall.trial.stiffness_n_per_m,
-            wall.trial.dissipation_n_s_mu_per_m,
-            wall.trial.scheme,
-            wall.trial.contact.name()
+            "{}order {}, K {} N/m, B {} N·s^μ/m, scheme {}, contact {}",
+            tissue.unwrap_or_default(),
+            trial.order,
+            trial.stiffness_n_per_m,
+            trial.dissipation_n_s_mu_per_m,
+            trial.scheme,
+            trial.contact.name()
         );
-        Ok(Allowed { law: felt, words })
+        Ok(Allowed {
+            law: felt,
+            trial,
+            words,
+        })
+    }
+
+    /// Proves all laws between two, and all mixes of two of them, on this device, free and in a hand. Each may be felt then.
+    ///
+    /// # Errors
+    /// Two that are not of one kind; a region that is not proved, with the largest part of it that is.
+    pub fn allow_between(&self, ends: [&Document; 2]) -> Result<(), Failure> {
+        self.goes_on()?;
+        let [first, second] = ends;
+        let region = LawRegion::new([self.law_of(first)?, self.law_of(second)?])?;
+        region.prove(&self.devices())?;
+        locked(&self.course).regions.push(region);
+        Ok(())
+    }
+
+    /// The number of a law that lies in a region: it may be felt.
+    ///
+    /// # Errors
+    /// A law outside of what was allowed, with the nearest that is inside.
+    pub fn inside(&self, law: &Document) -> Result<usize, Failure> {
+        self.goes_on()?;
+        let trial = self.law_of(law)?;
+        let mut course = locked(&self.course);
+        let mut nearest: Option<(String, f64)> = None;
+        for region in &course.regions {
+            match region.holds(&trial) {
+                Some(Ok(())) => {
+                    // Its own operator is judged too: the proof is of one without a tolerance.
+                    let allowed = self.judged(trial)?;
+                    course.allowed.push(allowed);
+                    return Ok(course.allowed.len() - 1);
+                }
+                Some(Err(off)) if nearest.as_ref().is_none_or(|known| off.1 < known.1) => {
+                    nearest = Some(off);
+                }
+                Some(Err(_)) | None => {}
+            }
+        }
+        Err(Failure::bad_input(match nearest {
+            Some((nearest, _)) => format!(
+                "this wall is outside of what was allowed: the nearest inside has {nearest}"
+            ),
+            None => NOT_ALLOWED.to_owned(),
+        }))
+    }
+
+    /// Proves what is felt while one law becomes another.
+    fn prove_change(&self, course: &mut Course, to: usize) -> Result<(), Failure> {
+        let from = course.newest;
+        let pair = [from.min(to), from.max(to)];
+        if from == to || course.mixes.contains(&pair) {
+            return Ok(());
+        }
+        let laws = pair.map(|law| &course.allowed[law].trial);
+        prove_mix(laws, &self.devices())?;
+        course.mixes.insert(pair);
+        Ok(())
     }
 
     /// Makes a wall be felt behind a surface, m, and begins to sum what is felt, over so many ticks at most. Where a wall is felt already,
@@ -665,7 +763,7 @@ impl Session {
     /// than the patience, s, and the wall does not come any more.
     ///
     /// # Errors
-    /// A wall that was not allowed; a session that has ended.
+    /// A wall that was not allowed; one between which and the one that is felt not all is proved stable; a session that has ended.
     pub fn feel(
         &self,
         wall: usize,
@@ -685,6 +783,9 @@ impl Session {
         let mut course = locked(&self.course);
         let allowed = course.allowed.get(wall).cloned();
         let allowed = allowed.ok_or_else(|| Failure::bad_input(NOT_ALLOWED))?;
+        if locked(&self.shared.kept).stimulus != 0 {
+            self.prove_change(&mut course, wall)?;
+        }
         self.certify(&mut course)?;
         let number = course.number + 1;
         let event = event(
@@ -725,7 +826,7 @@ impl Session {
             (self.orders).give(LoopOrder::Change(self.nothing(made, None)))?;
             return Ok(false);
         }
-        (course.surface_m, course.may_answer) = (surface_m, true);
+        (course.surface_m, course.may_answer, course.newest) = (surface_m, true, wall);
         Ok(true)
     }
 
