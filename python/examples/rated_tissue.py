@@ -5,12 +5,13 @@
     python rated_tissue.py [SUBJECT [DEVICE [KEY=VALUE...]]]
 
 A tissue is a fractional standard linear solid: a spring E0 beside a spring E1 in series with a spring-pot, which is as stiff as E1 at
-the time tau. Each rating is a row of the table in `study`; the next tissue follows from the rows and the seed alone, so that a second
+the time tau. All tissues of the region are proved before the first is felt. Each rating is a row of the table in `study`; the next tissue follows from the rows and the seed alone, so that a second
 start goes on behind the last. Without a device a simulated observer rates by the parameters themselves, with noise.
 """
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
@@ -19,7 +20,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from two_interval import offered, started
 
-from fractional_haptics import records, session
+from fractional_haptics import records, session, tissue
 
 SCALE, STEP = (0.0, 10.0), 0.5
 # Ends of the region that is searched.
@@ -48,7 +49,7 @@ LOGS = np.array([False, True, True, True])
 ENDS = [np.where(LOGS, np.log(list(ends.values())), list(ends.values())) for ends in (LOW, HIGH)]
 
 
-def tissue(place: np.ndarray) -> dict[str, float]:
+def solid_at(place: np.ndarray) -> dict[str, float]:
     """The tissue at a place in the unit cube, to four digits."""
     values = ENDS[0] + place * (ENDS[1] - ENDS[0])
     return {key: float(f"{value:.4g}") for key, value in zip(KEYS, np.where(LOGS, np.exp(values), values), strict=True)}
@@ -71,13 +72,13 @@ def proposed(rows: Sequence[Mapping[str, str]], seed: int) -> dict[str, float]:
     """The tissue of the next trial: the least known of those that are expected to be rated well. Where a rating changes fast, on the
     flanks of the best, one says more than at the best itself."""
     if len(rows) < FIRST:
-        return tissue(qmc.Sobol(4, rng=seed).random(16)[len(rows)])
+        return solid_at(qmc.Sobol(4, rng=seed).random(16)[len(rows)])
     chance, process = np.random.default_rng([seed, len(rows)]), learned(rows)
     rated = np.array([place(row) for row in rows])
     near = rated[process.predict(rated).argmax()] + chance.normal(0.0, 0.1, (1000, 4))
     among = np.vstack([chance.random((2000, 4)), near.clip(0.0, 1.0)])
     mean, deviation = process.predict(among, return_std=True)
-    return tissue(among[np.where(mean > WELL * mean.max(), deviation, -1.0).argmax()])
+    return solid_at(among[np.where(mean > WELL * mean.max(), deviation, -1.0).argmax()])
 
 
 def preferred(rows: Sequence[Mapping[str, str]], seed: int) -> dict[str, float]:
@@ -87,15 +88,28 @@ def preferred(rows: Sequence[Mapping[str, str]], seed: int) -> dict[str, float]:
     for width in (0.3, 0.1, 0.03, 0.01):
         among = np.vstack([best, (best[0] + chance.normal(0.0, width, (2000, 4))).clip(0.0, 1.0)])
         best = among[process.predict(among).argmax()][None]
-    return tissue(best[0])
+    return solid_at(best[0])
 
 
-def stimulus(solid: Mapping[str, float]) -> dict[str, float]:
-    """What is felt of a piece of 4 cm² and 20 mm: at long times its wall, a spring beside a spring-pot."""
-    shape_m = 4e-4 / 20e-3
-    pot = solid["e1_pa"] * solid["tau_s"] ** solid["order"]
-    stiffness, dissipation = shape_m * solid["e0_pa"], shape_m * pot
-    return {"order": solid["order"], "stiffness_n_per_m": stiffness, "dissipation_n_s_mu_per_m": dissipation}
+def stimulus(solid: Mapping[str, float], pot: float | None = None) -> dict[str, Any]:
+    """A piece of 4 cm² and 20 mm of this solid; its spring-pot, Pa·s^order, by tau unless it is given."""
+    model = tissue.Model(
+        "fractional-zener",
+        elastic_modulus_pa=solid["e0_pa"],
+        second_viscosity_pa_s_beta=solid["e1_pa"],
+        second_order=0.0,
+        viscosity_pa_s_alpha=pot or solid["e1_pa"] * solid["tau_s"] ** solid["order"],
+        order=solid["order"],
+    )
+    source = {"citation": "made up", "conditions": "none", "checked": False}
+    material = tissue.Material("solid", "a fractional standard linear solid", model, source)
+    return {"tissue": material, "loading": "tension", "area_m2": 4e-4, "thickness_m": 20e-3}
+
+
+def region() -> tuple[dict[str, Any], dict[str, Any]]:
+    """Ends between which all numbers of the models lie, as those of their spring-pots."""
+    least, most = LOW["e1_pa"] * LOW["tau_s"] ** HIGH["order"], HIGH["e1_pa"] * HIGH["tau_s"] ** LOW["order"]
+    return stimulus(LOW, least), stimulus(HIGH, most)
 
 
 Rates = Callable[[dict[str, float], session.Felt], float | str]
@@ -122,9 +136,9 @@ def rate(subject: str, seed: int, rates: Rates, trials: int = 40, device: str = 
     table = records.Table("study", subject, "likeness", COLUMNS)
     if len(table.rows) < trials:
         with session.open(device, log=table.log(), **{"force_limit": "4 N", **parameters}) as s:
+            s.allow_between(*region())
             for trial in range(len(table.rows), trials):
                 solid = proposed(table.rows, seed)
-                s.allow([stimulus(solid)])
                 felt = offered(s, device, f"Tissue {trial + 1}", stimulus(solid))
                 while True:
                     try:

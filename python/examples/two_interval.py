@@ -7,7 +7,7 @@ difference that nobody misses, of which the method learns nothing. A wall that n
 
 import sys
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -69,7 +69,7 @@ class Observer:
         return stiffer if self.chance.random() < right else 3 - stiffer
 
 
-def offered(s: session.Session, device: str, words: str, wall: Mapping[str, float | str], surface_m: float = 0.0) -> session.Felt:
+def offered(s: session.Session, device: str, words: str, wall: Mapping[str, Any], surface_m: float = 0.0) -> session.Felt:
     """Offers a wall until it was touched, and the hand is out again."""
     said, deep_m = "", surface_m + 6e-3
     for _ in range(TRIES):

@@ -5,7 +5,7 @@ import os
 
 import numpy as np
 import pytest
-from rated_tissue import COLUMNS, HIGH, KEYS, LOW, Observer, place, rate, tissue
+from rated_tissue import COLUMNS, HIGH, KEYS, LOW, Observer, place, rate, solid_at
 
 from fractional_haptics import log, records
 
@@ -22,7 +22,7 @@ def test_the_tissue_that_an_observer_knows_is_found_within_a_tenth(tmp_path, mon
     seeds = int(os.environ.get("CAMPAIGN_CASES", 1))
     within = 0
     for seed in range(seeds):
-        known = tissue(np.random.default_rng([seed, 2]).uniform(0.25, 0.75, 4))
+        known = solid_at(np.random.default_rng([seed, 2]).uniform(0.25, 0.75, 4))
         found = rate(f"s{seed}", seed, Observer(known, seed))
         errors = [abs(found[key] / known[key] - 1.0) for key in KEYS]
         print(f"seed {seed}: {np.round(errors, 3)}")
@@ -33,7 +33,7 @@ def test_the_tissue_that_an_observer_knows_is_found_within_a_tenth(tmp_path, mon
 
 def test_what_was_stopped_goes_on_with_the_same_tissues_and_each_rating_is_in_its_log(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    known = tissue(np.array([0.3, 0.6, 0.4, 0.7]))
+    known = solid_at(np.array([0.3, 0.6, 0.4, 0.7]))
     observer = Observer(known, 1, noise=0.0)
     rate("w1", 5, observer, trials=14)
     for done in (3, 12, 14):
@@ -55,6 +55,6 @@ def test_a_rating_that_is_none_is_asked_for_again(tmp_path, monkeypatch, capsys)
     assert [row["rating"] for row in rows("p1")] == ["7.5"] and len(capsys.readouterr().out.splitlines()) == 3
 
 
-def test_a_place_is_that_of_its_tissue() -> None:
+def test_a_place_is_that_of_its_solid() -> None:
     for at in np.random.default_rng(1).random((20, 4)):
-        assert np.abs(place(tissue(at)) - at).max() < 1e-3
+        assert np.abs(place(solid_at(at)) - at).max() < 1e-3

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from felt_threshold import Quest
-from rated_tissue import Observer, rate, tissue
+from rated_tissue import Observer, rate, solid_at
 from two_interval import measure
 
 from fractional_haptics import records
@@ -31,7 +31,7 @@ def test_the_records_of_the_examples_are_whole_for_the_validator_and_name_nobody
     monkeypatch.chdir(tmp_path)
     for subject in ("p01", "p02"):
         measure(subject, 1, lambda _: 1, Quest(), trials=2)
-        rate(subject, 1, Observer(tissue([0.5] * 4), 1), trials=2)
+        rate(subject, 1, Observer(solid_at([0.5] * 4), 1), trials=2)
     study = tmp_path / "study"
     assert found(study) <= RECOMMENDED
     files = {str(path.relative_to(study)) for path in study.rglob("*") if path.is_file()}
