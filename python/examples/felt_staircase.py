@@ -2,7 +2,7 @@
 
 ::
 
-    python felt_staircase.py [SUBJECT [DEVICE]]
+    python felt_staircase.py [SUBJECT [DEVICE [KEY=VALUE...]]]
 
 It comes to rest where three right answers in a row are as likely as not: at 79.4 % of right ones (H. Levitt, Transformed
 up-down methods in psychoacoustics, J. Acoust. Soc. Am. 49, 1971, table I). PsychoPy says neither slope nor interval of it.

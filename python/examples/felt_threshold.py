@@ -2,7 +2,7 @@
 
 ::
 
-    python felt_threshold.py [SUBJECT [DEVICE]]
+    python felt_threshold.py [SUBJECT [DEVICE [KEY=VALUE...]]]
 
 Without a device a simulated observer feels the walls of the simulated one in virtual time.
 """

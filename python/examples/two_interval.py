@@ -1,25 +1,37 @@
 """Trials in two intervals: which of two walls was stiffer? A method chooses their difference, as QUEST+ or a staircase.
 
-Each trial is a row of SUBJECT.csv; a second start goes on behind the last of them. One in ten trials is a catch trial, with a
+Each trial is a row of a table in the folder `study`; a second start goes on behind the last of them. One in ten trials is a catch trial, with a
 difference that nobody misses, of which the method learns nothing. A wall that nobody touched is offered again. Used by
 `felt_threshold.py` and `felt_staircase.py`.
 """
 
-import csv
 import sys
-from collections.abc import Callable
-from pathlib import Path
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
 
 import numpy as np
 
-from fractional_haptics import session
+from fractional_haptics import records, session
 
 STIFFNESS = 300.0
 TRIES = 5
 DIFFERENCES = np.geomspace(0.02, 0.6, 25)
-COLUMNS = ("subject", "trial", "catch", "difference", "stiffer", "answer", "correct", "log", "answered_s",
-           "first_tick", "first_peak_n", "first_deepest_m", "second_tick", "second_peak_n", "second_deepest_m")  # fmt: skip
+COLUMNS = {
+    "trial": "Number from 0 on",
+    "catch": "1 of a trial with a difference that nobody misses",
+    "difference": "How much stiffer one wall was than the other, 0.1 for 10 %",
+    "stiffer": "The interval of the stiffer wall, 1 or 2",
+    "answer": "The interval that was answered",
+    "correct": "1 of a right answer",
+    "log": "Name of the log",
+    "answered_s": "End of the second interval, in the log",
+    "first_tick": "First tick of the first wall, in the log",
+    "first_peak_n": "Largest force of the first wall",
+    "first_deepest_m": "Largest depth in the first wall",
+    "second_tick": "First tick of the second wall",
+    "second_peak_n": "Largest force of the second wall",
+    "second_deepest_m": "Largest depth in the second wall",
+}
 
 
 class Method(Protocol):
@@ -57,13 +69,16 @@ class Observer:
         return stiffer if self.chance.random() < right else 3 - stiffer
 
 
-def offered(s: session.Session, wall: dict[str, float], surface_m: float, press: Callable[[], None], seconds: float) -> session.Felt:
+def offered(s: session.Session, device: str, words: str, wall: Mapping[str, Any], surface_m: float = 0.0) -> session.Felt:
     """Offers a wall until it was touched, and the hand is out again."""
-    said = ""
+    said, deep_m = "", surface_m + 6e-3
     for _ in range(TRIES):
-        press()
+        if device == "sim":
+            s.hand([(0.0, -3e-3), (0.1, deep_m), (0.2, deep_m), (0.3, -3e-3)])
+        else:
+            print(f"{words}: press.", flush=True)
         try:
-            felt = s.feel(wall, seconds=seconds, surface=surface_m)
+            felt = s.feel(wall, seconds=0.3 if device == "sim" else 3.0, surface=surface_m)
         except TimeoutError as error:
             said = str(error)
         else:
@@ -87,21 +102,15 @@ def out(s: session.Session) -> None:
 def measure(subject: str, seed: int, answers: Callable[[list[session.Felt]], int], method: Method,
             trials: int = 60, device: str = "sim", **parameters) -> None:  # fmt: skip
     """Does what is left of the trials of a subject, at most so many in all."""
-    table = Path(f"{subject}.csv")
-    done = list(csv.DictReader(table.open(newline=""))) if table.exists() else []
+    table = records.Table("study", subject, "stiffness", COLUMNS)
     number = method.next()
-    for row in done:
+    for row in table.rows:
         number = learned(method, number, row)
-    if number is None or len(done) >= trials:
+    if number is None or len(table.rows) >= trials:
         return
-    logs = (Path(f"{subject}-{start}.mcap") for start in range(1, 1000))
-    log = next(log for log in logs if not log.exists())
-    with session.open(device, log=log, force_limit="4 N", **parameters) as s, table.open("a", newline="") as file:
-        rows = csv.DictWriter(file, COLUMNS)
-        if not done:
-            rows.writeheader()
+    with session.open(device, log=table.log(), **{"force_limit": "4 N", **parameters}) as s:
         s.allow(spring(difference) for difference in (0.0, *DIFFERENCES))
-        for trial in range(len(done), trials):
+        for trial in range(len(table.rows), trials):
             # By its number, so that a second start goes on with the same order.
             chance = np.random.default_rng([seed, 0, trial])
             catch = trial % 10 == 9
@@ -109,31 +118,21 @@ def measure(subject: str, seed: int, answers: Callable[[list[session.Felt]], int
             stiffer = int(chance.integers(1, 3))
             felt = []
             for interval in (1, 2):
-                surface_m = chance.uniform(-1e-3, 1e-3)
-
-                def press(deep_m: float = surface_m + 6e-3, words: str = f"Trial {trial + 1}, wall {interval}: press.") -> None:
-                    if device == "sim":
-                        s.hand([(0.0, -3e-3), (0.1, deep_m), (0.2, deep_m), (0.3, -3e-3)])
-                    else:
-                        print(words, flush=True)
-
                 wall = spring(difference if interval == stiffer else 0.0)
-                felt.append(offered(s, wall, surface_m, press, 0.3 if device == "sim" else 3.0))
+                felt.append(offered(s, device, f"Trial {trial + 1}, wall {interval}", wall, chance.uniform(-1e-3, 1e-3)))
             answer = answers(felt)
             s.mark("answer", str(answer))
             one, two = felt
-            values = (subject, trial, int(catch), difference, stiffer, answer, int(answer == stiffer), log.name,
-                      two.time_s + two.duration_s, one.tick, one.peak_force_n, one.deepest_m,
-                      two.tick, two.peak_force_n, two.deepest_m)  # fmt: skip
-            row = dict(zip(COLUMNS, values, strict=True))
-            rows.writerow(row)
-            file.flush()
-            number = learned(method, number, row)
+            table.append(trial=trial, catch=int(catch), difference=difference, stiffer=stiffer, answer=answer,
+                         correct=int(answer == stiffer), log=s.log.name, answered_s=two.time_s + two.duration_s,
+                         first_tick=one.tick, first_peak_n=one.peak_force_n, first_deepest_m=one.deepest_m,
+                         second_tick=two.tick, second_peak_n=two.peak_force_n, second_deepest_m=two.deepest_m)  # fmt: skip
+            number = learned(method, number, table.rows[-1])
             if number is None:
                 break
 
 
-def learned(method: Method, number: int | None, row: dict) -> int | None:
+def learned(method: Method, number: int | None, row: Mapping[str, str]) -> int | None:
     """The number of the next difference, once this row is known."""
     if number is None or int(row["catch"]):
         return number
@@ -142,11 +141,21 @@ def learned(method: Method, number: int | None, row: dict) -> int | None:
 
 
 def start(method: Method, trials: int) -> str:
-    """`python EXAMPLE.py [SUBJECT [DEVICE]]`; the subject."""
-    subject, device, *_ = [*sys.argv[1:], *("p00", "sim")[len(sys.argv) - 1 :]]
-    observer = person if device != "sim" else Observer(threshold=0.1, slope=2.5, seed=1)
+    """Measures whom the command line names; the subject."""
+
+    def run(subject: str, device: str, **parameters) -> None:
+        observer = person if device != "sim" else Observer(threshold=0.1, slope=2.5, seed=1)
+        measure(subject, 1, observer, method, trials, device, **parameters)
+
+    return started(run)
+
+
+def started(run: Callable[..., None]) -> str:
+    """`python EXAMPLE.py [SUBJECT [DEVICE [KEY=VALUE...]]]`; the subject."""
+    subject, device, *keys = [*sys.argv[1:], *("p00", "sim")[len(sys.argv) - 1 :]]
+    given = dict(key.split("=", 1) for key in keys)
     try:
-        measure(subject, 1, observer, method, trials, device)
+        run(subject, device, **{key: int(value) if value.isdecimal() else value for key, value in given.items()})
     except (TimeoutError, RuntimeError) as error:
-        sys.exit(f"{error}; {subject}.csv has all trials that were answered: start again to go on")
+        sys.exit(f"{error}; the table of {subject} has all trials that were answered: start again to go on")
     return subject

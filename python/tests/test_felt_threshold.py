@@ -1,7 +1,9 @@
 """The examples of a threshold: their simulated observer is found, and a stop loses nothing."""
 
-import csv
 import os
+import re
+import shlex
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -9,9 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from felt_threshold import Quest
-from two_interval import Observer, measure
+from test_session import on_emulated
+from test_signals import Device
+from two_interval import COLUMNS, Observer, measure
 
-from fractional_haptics import log, session
+from fractional_haptics import log, records, session
 
 pytestmark = pytest.mark.filterwarnings("ignore::Warning")
 
@@ -20,7 +24,11 @@ SHARED = ("trial", "catch", "difference", "stiffer", "answer", "correct")
 
 
 def rows(subject: str) -> list[dict[str, str]]:
-    return list(csv.DictReader(Path(f"{subject}.csv").open(newline="")))
+    return records.Table("study", subject, "stiffness", COLUMNS).rows
+
+
+def read_log(subject: str, run: int = 1):
+    return log.read_log(f"study/sourcedata/sub-{subject}/sub-{subject}_task-stiffness_run-{run}.mcap")
 
 
 def test_the_threshold_of_an_observer_is_within_its_own_interval(tmp_path, monkeypatch) -> None:
@@ -87,7 +95,7 @@ def test_whatever_hands_do_each_row_is_of_two_walls_that_were_touched(tmp_path, 
         monkeypatch.chdir(tmp_path)
         for row in rows(f"h{hand}"):
             assert float(row["first_peak_n"]) > 0 and float(row["second_deepest_m"]) > 0
-        table = log.read_log(f"h{hand}-1.mcap")
+        table = read_log(f"h{hand}")
         answers = [kind for _, kind, _ in table.attrs["events"]].count("answer")
         assert answers == len(rows(f"h{hand}")) and table.attrs["complete"] is True
     assert len(seen) > 4
@@ -113,18 +121,56 @@ def test_what_was_stopped_goes_on_with_the_same_trials_and_each_row_is_in_its_lo
 
 
 def stopped_goes_on(method) -> None:
-    measure("whole", 4, Sharp(-1), method(), trials=12)
+    measure("w1", 4, Sharp(-1), method(), trials=12)
     with pytest.raises(KeyboardInterrupt):
-        measure("stopped", 4, Sharp(5), method(), trials=12)
-    assert len(rows("stopped")) == 5
-    measure("stopped", 4, Sharp(-1), method(), trials=12)
-    assert [[row[key] for key in SHARED] for row in rows("whole")] == [[row[key] for key in SHARED] for row in rows("stopped")]
-    assert {row["log"] for row in rows("stopped")} == {"stopped-1.mcap", "stopped-2.mcap"}
+        measure("s1", 4, Sharp(5), method(), trials=12)
+    assert len(rows("s1")) == 5
+    measure("s1", 4, Sharp(-1), method(), trials=12)
+    assert [[row[key] for key in SHARED] for row in rows("w1")] == [[row[key] for key in SHARED] for row in rows("s1")]
+    assert {row["log"] for row in rows("s1")} == {f"sub-s1_task-stiffness_run-{run}.mcap" for run in (1, 2)}
     # The order is blind, and one in ten is a catch trial.
-    assert {row["stiffer"] for row in rows("whole")} == {"1", "2"}
-    assert [int(row["trial"]) for row in rows("whole") if row["catch"] == "1"] == [9]
-    forces = log.read_log("whole-1.mcap")["commanded_force_n"].abs()
-    for row in rows("whole"):
+    assert {row["stiffer"] for row in rows("w1")} == {"1", "2"}
+    assert [int(row["trial"]) for row in rows("w1") if row["catch"] == "1"] == [9]
+    forces = read_log("w1")["commanded_force_n"].abs()
+    for row in rows("w1"):
         for which in ("first", "second"):
             tick = int(row[f"{which}_tick"])
             assert forces.iloc[tick : tick + 300].max() == float(row[f"{which}_peak_n"])
+
+
+@on_emulated
+def test_the_guides_experiment_is_rehearsed_on_an_emulated_board_and_goes_on_after_a_stop(tmp_path, tmp_path_factory, monkeypatch) -> None:
+    """`CAMPAIGN_CASES` sets how many trials a start has, 1 by default."""
+    monkeypatch.chdir(tmp_path)
+    root = Path(__file__).parents[2]
+    page = (root / "docs/guide/src/experiment-with-people.md").read_text("utf-8")
+    (address, options), = re.findall(r"\nhost-cli device emulate --listen (\S+) (.+)\n", page)
+    (command,) = re.findall(rf"\npython (\S+ p00 tcp:{address} .+)\n", page)
+    board = Device(tmp_path_factory.mktemp("s"), options)
+    example, *arguments = shlex.split(command.replace(address, f"127.0.0.1:{board.port}"))
+    trials = int(os.environ.get("CAMPAIGN_CASES", 1))
+    try:
+        for start in (1, 2):
+            person = subprocess.Popen(
+                [sys.executable, root / "python/examples" / example, *arguments],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            )  # fmt: skip
+            asked = 0
+            while asked < trials:
+                # What is asked stands in front of what the next trial says.
+                words = person.stdout.readline()
+                assert words, person.communicate()[1]
+                if "wall 2: press" in words:
+                    person.stdin.write("1\n")
+                    person.stdin.flush()
+                asked += words.startswith("Which")
+            person.send_signal(signal.SIGINT)
+            person.communicate(timeout=60)
+            assert len(rows("p00")) == start * trials
+            table = read_log("p00", start)
+            kinds = [kind for _, kind, _ in table.attrs["events"]]
+            assert table.attrs["metadata"]["end"]["ended"] == "interrupted" and kinds.count("answer") == trials
+    finally:
+        board.ends()
+    # The hand wants 6 mm and the wall gives 300 N/m or more: each pushes the other out.
+    assert all(1.5e-3 < float(row["first_deepest_m"]) < 5e-3 and float(row["second_peak_n"]) > 0.3 for row in rows("p00"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import os
 import signal
 import subprocess
@@ -67,6 +68,44 @@ def test_what_is_felt_is_what_the_log_has(tmp_path: Path) -> None:
     assert second.tick == first.tick + 502 and seen[-1] == 500
 
 
+def test_a_rating_is_a_number_of_its_scale_and_stands_in_the_log_once(tmp_path: Path) -> None:
+    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+        s.allow(WALLS[:1])
+        s.hand(PRESS)
+        s.feel(WALLS[0], seconds=0.5)
+        for rating, scale, step, text in [
+            ("much", (0, 10), None, "'much' is no number: give one from 0 to 10"),
+            (None, None, None, "None is no number: give one above 0"),
+            (10.5, (0, 10), None, "10.5 is not from 0 to 10"),
+            (-1e-9, (0, 10), 0.5, "is not from 0 to 10"),
+            (float("nan"), (0, 10), None, "nan is not from 0 to 10"),
+            (True, (0, 10), None, "True is not"),
+            (0, None, None, "0 is not above 0"),
+            (float("inf"), None, None, "inf is not above 0"),
+            (4.2, (1, 7), 1, "between the marks of its scale: give from 1 to 7 in steps of 1"),
+            (4, (7, 1), None, "no low end below a high one"),
+            (4, (0, float("inf")), None, "no low end below a high one"),
+            (4, None, 1, "step 1 is none of the scale"),
+            (4, (1, 7), 8, "step 8 is none of the scale"),
+        ]:
+            with pytest.raises(ValueError, match=text):
+                s.rate(rating, scale=scale, step=step)
+        assert s.rate(" 6.5 ", "softness", scale=(0, 10), step=0.5) == 6.5
+        assert s.rate(np.float64(40.0), "size") == 40.0
+        with pytest.raises(ValueError, match="nothing was felt since the last softness"):
+            s.rate(6, "softness", scale=(0, 10))
+        s.rest()
+        # Nobody touched it.
+        s.feel(WALLS[0], seconds=0.1)
+        with pytest.raises(ValueError, match="nothing was felt"):
+            s.rate(6)
+    marks = [json.loads(text) for _, kind, text in log.read_log(s.log).attrs["events"] if kind == "rating"]
+    assert marks == [
+        {"question": "softness", "rating": 6.5, "scale": [0, 10], "step": 0.5},
+        {"question": "size", "rating": 40.0, "scale": None, "step": None},
+    ]
+
+
 def test_the_same_session_is_the_same_log_bit_for_bit(tmp_path: Path) -> None:
     def run(name: str) -> np.ndarray:
         with session.open(force_limit="2 N", log=tmp_path / name, sensor_noise_m=1e-6, seed=3) as s:
@@ -93,6 +132,7 @@ def test_the_same_session_is_the_same_log_bit_for_bit(tmp_path: Path) -> None:
         (lambda s: on_thread(lambda: s.mark("a")), RuntimeError, "of the thread that opened it"),
         (lambda s: s.mark("answer", "first"), ValueError, "nothing was felt"),
         (lambda s: s.mark("", "first"), ValueError, "the kind of a mark"),
+        (lambda s: s.rate(5), ValueError, "nothing was felt since the last rating"),
         (lambda s: s.hand([(0.0, 1.0)]), ValueError, "the path of the hand"),
         (lambda s: session.open(force_limit="2 N", log=s.log), ValueError, "by another run"),
         (lambda s: session.open(log=s.log), ValueError, "`force_limit_n` is missing"),

@@ -6,6 +6,7 @@ pub mod board;
 mod faulty_line;
 pub mod haply;
 pub mod inverse3;
+mod lead;
 pub mod moteus;
 
 pub use at_line::{AtLine, DuplexDamage, NearLine, emulate};

@@ -18,6 +18,8 @@ experiment
     Relaxation, creep, walls, couplers, touches of shapes, Z-width, design, analyses.
 session
     A person feels walls: judged, changed in the hand, answers and forces in one log.
+records
+    Tables and logs of people, in the folders of BIDS.
 log
     Logs of runs as pandas tables.
 plot
@@ -40,11 +42,12 @@ if _TYPE_CHECKING:  # editors and type checkers see them all
     from fractional_haptics import log as log
     from fractional_haptics import operators as operators
     from fractional_haptics import plot as plot
+    from fractional_haptics import records as records
     from fractional_haptics import session as session
     from fractional_haptics import sweep as sweep
     from fractional_haptics import tissue as tissue
 
-_MODULES = ("analysis", "bridge", "control", "experiment", "log", "operators", "plot", "session", "sweep", "tissue")
+_MODULES = ("analysis", "bridge", "control", "experiment", "log", "operators", "plot", "records", "session", "sweep", "tissue")
 
 __all__ = ["__version__", *_MODULES]
 

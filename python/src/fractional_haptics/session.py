@@ -17,6 +17,8 @@ there is no force. After Ctrl-C, a signal or the end of Python the force ramps t
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import tempfile
 import warnings
@@ -124,6 +126,8 @@ class Session:
     def __init__(self, native: _native.Session, log: Path) -> None:
         self._native = native
         self._allowed: dict[tuple[tuple[str, str], ...], int] = {}
+        # Questions about what was felt last; None before.
+        self._rated: set[str] | None = None
         self.log = log
 
     def allow(self, walls: Iterable[Mapping[str, Any]]) -> None:
@@ -218,6 +222,7 @@ class Session:
                 felt = felt + step if ticks is None else min(felt + step, ticks)
                 self._native.go_on(felt, told)
         result = Felt(**self._native.felt())
+        self._rated = set() if result.touched else None
         if result.energy_ticks:
             warnings.warn(
                 f"the wall was felt at down to {result.least_factor:.3f} of its force, in {result.energy_ticks} ticks: the touch in which it "
@@ -250,6 +255,49 @@ class Session:
     def mark(self, kind: str, text: str = "") -> None:
         """Puts a mark into the log, with its time. An ``"answer"`` needs a wall that was felt since the last one."""
         self._native.mark(kind, text)
+
+    def rate(
+        self, rating: float | str, question: str = "rating", *, scale: tuple[float, float] | None = None, step: float | None = None
+    ) -> float:
+        """Puts a rating of what was felt last into the log, as a mark ``"rating"`` with a JSON text, and returns it.
+
+        Parameters
+        ----------
+        rating : float or str
+            A number, or what somebody wrote.
+        question : str
+            What was asked, as ``"softness"``; once for each wall.
+        scale : tuple, optional
+            Its ends. Without them any number above 0 will do: the estimate of a magnitude.
+        step : float, optional
+            Marks of the scale, from its low end on: nothing in between.
+
+        Raises
+        ------
+        ValueError
+            No number, one that is not on the scale, a scale that is none, nothing felt, a question that was answered. Ask again.
+        """
+        low, high = (0.0, math.inf) if scale is None else map(float, scale)
+        ends = f"from {low:g} to {high:g}" if scale else "above 0"
+        if not low < high or not math.isfinite(low) or (scale is not None and math.isinf(high)):
+            raise ValueError(f"scale {scale} has no low end below a high one: give it as (0, 10)")
+        if step is not None and (scale is None or not 0.0 < step <= high - low):
+            raise ValueError(f"step {step} is none of the scale {scale}: give one from 0 to its length")
+        try:
+            number = float(rating)
+        except (TypeError, ValueError):
+            raise ValueError(f"rating {rating!r} is no number: give one {ends}") from None
+        marks = 0.0 if step is None else (number - low) / step
+        if isinstance(rating, bool) or not low <= number < math.inf or number > high or (scale is None and number == 0.0):
+            raise ValueError(f"rating {rating} is not {ends}: give one that is")
+        if abs(marks - round(marks)) > 1e-6:
+            raise ValueError(f"rating {rating} is between the marks of its scale: give {ends} in steps of {step:g}")
+        if self._rated is None or question in self._rated:
+            raise ValueError(f"nothing was felt since the last {question}: feel a wall first, then rate it")
+        said = {"question": question, "rating": number, "scale": scale, "step": step}
+        self.mark("rating", json.dumps(said))
+        self._rated.add(question)
+        return number
 
     def stop(self) -> None:
         """Ends the session at once, from any thread, but not from ``progress``: the force ramps to zero, the log is kept."""

@@ -28,9 +28,9 @@ pub enum EmulatorError {
     /// A number of axes that no device has.
     #[error("axes = {0} is not in [1, 3]: give 1, 2 or 3")]
     Axes(u8),
-    /// A specimen at a handle of so many axes.
-    #[error("a specimen is pressed along one axis, not {0}: give axes = 1")]
-    Specimen(u8),
+    /// A specimen or a scripted hand at a handle of so many axes.
+    #[error("a specimen or a scripted hand has one axis, not {0}: give axes = 1")]
+    AtHandle(u8),
     /// The emulated device refused its own start-up configuration.
     #[error("the emulated device: {0:?}")]
     Device(haptic_link::Refusal),

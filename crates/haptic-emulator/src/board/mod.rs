@@ -11,6 +11,7 @@ mod error;
 mod facing;
 mod port;
 mod pressing;
+mod scripted;
 #[cfg(unix)]
 mod terminal;
 #[cfg(test)]
@@ -19,16 +20,16 @@ mod tests;
 pub use error::EmulatorError;
 pub use facing::emulate_facing;
 pub use port::{BoardPort, PortKind};
+pub use pressing::AtHandle;
 use pressing::PressingBoard;
+pub use scripted::HandScript;
 #[cfg(unix)]
 pub use terminal::Terminal;
 
 use crate::at_line::NOBODY;
 use crate::{DuplexDamage, FaultyLine, LineFaults};
 use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal};
-use haptic_loop::plant::{
-    ForceSensor, ForceSensorConfig, MassDamperConfig, PressedSpecimen, Sensed,
-};
+use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig, Sensed};
 use haptic_loop::realtime::Moment;
 use haptic_loop::units::{Metres, Seconds};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
@@ -57,7 +58,7 @@ const WAITING_MOST: usize = 4096;
 ///     axes: 1,
 ///     body: None,
 ///     sensor: None,
-///     specimen: None,
+///     at_handle: None,
 ///     speed: 1.0,
 ///     faults: LineFaults { drop: 0.01, ..LineFaults::default() },
 ///     seed: 1,
@@ -77,8 +78,8 @@ pub struct Emulation {
     pub body: Option<Body>,
     /// Its force sensor, if it has one.
     pub sensor: Option<ForceSensorConfig>,
-    /// The specimen at its handle, if there is one; of one axis, and not of boards that face each other.
-    pub specimen: Option<PressedSpecimen>,
+    /// The specimen or the hand at its handle, if there is one; of one axis, and not of boards that face each other.
+    pub at_handle: Option<AtHandle>,
     /// Device seconds per second of the clock: 1 in real time.
     pub speed: f64,
     /// Faults of the line, both ways.
@@ -110,11 +111,9 @@ pub fn emulate(
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
     const NAME: &str = "emulated";
-    match (emulation.axes, &emulation.specimen) {
-        (1, Some(specimen)) => {
-            emulate_board(line, emulation, PressingBoard::new(NAME, specimen)?, stop)
-        }
-        (axes, Some(_)) => Err(EmulatorError::Specimen(axes)),
+    match (emulation.axes, &emulation.at_handle) {
+        (1, Some(there)) => emulate_board(line, emulation, PressingBoard::new(NAME, there)?, stop),
+        (axes, Some(_)) => Err(EmulatorError::AtHandle(axes)),
         (1, None) => emulate_board(line, emulation, SimulatedPlant::new(NAME, || 0), stop),
         (2, None) => emulate_board(line, emulation, SimulatedAxes::<2>::new(NAME), stop),
         (3, None) => emulate_board(line, emulation, SimulatedAxes::<3>::new(NAME), stop),

@@ -19,7 +19,7 @@ fn a_board_that_was_stopped_for_five_seconds_answers_at_once_and_goes_on() {
         axes: 1,
         body: None,
         sensor: None,
-        specimen: None,
+        at_handle: None,
         speed: 1.0,
         faults: LineFaults::default(),
         seed: 1,

@@ -1,5 +1,6 @@
 //! The body of an emulated 2DIY: a mass at the handle, moved by both motors and by a hand.
 
+use crate::lead::lead;
 use haptic_devices::haply::{HaplyModel, Pantograph};
 use nalgebra::Vector2;
 
@@ -168,13 +169,8 @@ impl Body {
 
     /// Place and velocity on the way from home to a place, smoothly: half a cosine.
     fn led(&self, to: Vector2<f64>, since_s: f64) -> (Vector2<f64>, Vector2<f64>) {
-        if since_s >= LEAD_S {
-            return (to, Vector2::zeros());
-        }
-        let phase = core::f64::consts::PI * since_s / LEAD_S;
+        let (share, rate) = lead(since_s, LEAD_S);
         let way = to - self.home;
-        let share = 0.5 * (1.0 - libm::cos(phase));
-        let rate = 0.5 * libm::sin(phase) * core::f64::consts::PI / LEAD_S;
         (self.home + way * share, way * rate)
     }
 }

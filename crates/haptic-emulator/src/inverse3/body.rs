@@ -1,6 +1,7 @@
 //! The arms of an emulated Inverse3, felt as one mass at its cursor, and a hand that holds it.
 
-use core::f64::consts::{PI, TAU};
+use crate::lead::lead;
+use core::f64::consts::TAU;
 use nalgebra::Vector3;
 
 /// Middle of the workspace from the device's base, m: about where the maker's examples have it.
@@ -78,12 +79,12 @@ impl Body {
     /// Place that the hand wants for the cursor; `None` without a hand.
     fn target(&self) -> Option<Vector3<f64>> {
         let since_s = self.led_s.map_or(0.0, |led_s| self.time_s - led_s);
-        let share = |phase: f64| 0.5 * (1.0 - libm::cos(phase));
         match self.hand {
             Hand::Free => None,
-            Hand::At(place) => Some(Vector3::from(place) * share(PI * (since_s / LEAD_S).min(1.0))),
+            Hand::At(place) => Some(Vector3::from(place) * lead(since_s, LEAD_S).0),
             Hand::Strokes => {
-                let depth_m = STROKE.0 * share(TAU * since_s / STROKE.1);
+                let phase = TAU * since_s / STROKE.1;
+                let depth_m = 0.5 * STROKE.0 * (1.0 - libm::cos(phase));
                 Some(Vector3::new(0.0, 0.0, -depth_m))
             }
         }

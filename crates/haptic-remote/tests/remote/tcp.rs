@@ -15,7 +15,7 @@ pub(crate) fn ideal() -> Emulation {
         axes: 1,
         body: None,
         sensor: None,
-        specimen: None,
+        at_handle: None,
         speed: 1.0,
         faults: LineFaults::default(),
         seed: 1,

@@ -82,7 +82,7 @@ fn a_free_handle_presses_the_specimen_and_one_with_a_hand_does_not() {
         noise: (Metres(0.0), 0),
     };
     for body in [None, Some(body)] {
-        let board = PressingBoard::new("test", &spring()).expect("a board");
+        let board = PressingBoard::new("test", &AtHandle::Specimen(spring())).expect("a board");
         let mut board = Embodied::new(board, body, sensor).expect("a board");
         // Twice: the specimen of the second run was never pressed.
         for _ in 0..2 {
@@ -118,7 +118,7 @@ fn a_specimen_without_a_size_is_refused() {
         shape_m: 0.0,
         ..spring()
     };
-    let refused = PressingBoard::new("test", &flat).expect_err("no size");
+    let refused = PressingBoard::new("test", &AtHandle::Specimen(flat)).expect_err("no size");
     assert!(
         refused.to_string().contains("shape of the specimen"),
         "{refused}"

@@ -237,7 +237,7 @@ const BOARD: Emulation = Emulation {
     axes: 1,
     body: None,
     sensor: None,
-    specimen: None,
+    at_handle: None,
     speed: 1.0,
     faults: LineFaults {
         drop: 0.0,

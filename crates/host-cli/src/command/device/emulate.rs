@@ -13,7 +13,9 @@ use haptic_devices::haply::{HaplyModel, HaplyName, Version};
 use haptic_devices::inverse3::Inverse3Name;
 use haptic_devices::moteus::{MoteusName, MoteusSettings};
 use haptic_document::short;
-use haptic_emulator::board::{self, BoardPort, Body, Emulated, Emulation, EmulatorError, PortKind};
+use haptic_emulator::board::{
+    self, AtHandle, BoardPort, Body, Emulated, Emulation, EmulatorError, HandScript, PortKind,
+};
 use haptic_emulator::{DuplexDamage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::{Failure, named};
@@ -73,6 +75,9 @@ impl Kind {
 ///
 /// With `specimen` a piece of tissue hangs at the handle, to be measured with press: a physical force, integrated apart from every law of
 /// this program. It begins where the handle does, and each run finds it unpressed. A run that brings a hand or an indenter has that instead.
+///
+/// With `hand=press:3mm/2s,withdraw` a hand holds it from the start of a run on, to rehearse an experiment with people: it goes 3 mm behind
+/// 0 for 2 s, 5 mm in front of it for 1 s, and so on. Each step has LENGTH/TIME or without; a spring of 300 N/m is between hand and handle.
 ///
 /// With `sensed_range` the board has a force sensor too, which shows the force of the hand or of the other board on it, and its log
 /// `sensed_force_n`.
@@ -164,12 +169,15 @@ const SENSOR_KEYS: [(&str, &str); 5] = {
     ]
 };
 
+/// The key of the hand, of a 2DIY or of a board of one's own.
+const HAND: &str = "hand";
+
 /// Keys of a 2DIY.
 const HAPLY_KEYS: [(&str, &str); 2] = [
     ("hardware", "2DIY: hardware version, 2 or 3 [default: 3]"),
     (
-        "hand",
-        "2DIY: strokes (along y, the default), free, at:X:Y, or fixed:X:Y",
+        HAND,
+        "2DIY: strokes (along y, the default), free, at:X:Y, or fixed:X:Y; own: places over and over, as press:3mm/2s,withdraw",
     ),
 ];
 
@@ -231,6 +239,7 @@ struct Details {
     hardware: Version,
     /// The hand of a 2DIY; `None` strokes.
     hand: Option<haply::Hand>,
+    script: Option<HandScript>,
     servo_id: Option<u8>,
     turn: Option<moteus::Hand>,
     service_port: Option<u16>,
@@ -305,7 +314,10 @@ impl Details {
                 let found = all.find(|version| version.number().to_string() == text);
                 self.hardware = found.ok_or("is not a version of a 2DIY: give 2 or 3")?;
             }
-            "hand" => self.hand = hand(text)?,
+            HAND => match script(text)? {
+                None => self.hand = hand(text)?,
+                script => self.script = script,
+            },
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
             "turn" => self.turn = Some(turn(text)?),
             "service_port" => self.service_port = Some(count(text, 0, u16::MAX)?),
@@ -377,6 +389,7 @@ impl Arguments {
         let sensors = [details.sensor(0)?, details.sensor(1)?];
         let servo = servo(details.servo_id, details.turn)?;
         let specimen = specimen::read(details.specimen)?;
+        let at_handle = (specimen.map(AtHandle::Specimen)).or(details.script.map(AtHandle::Hand));
         let duration = self.duration.map(Duration::from_secs_f64);
         let (faults, seed) = (details.faults[0], details.seeds[0]);
         let stop = stop_on_interrupt()?;
@@ -427,7 +440,7 @@ impl Arguments {
                     axes: self.axes.unwrap_or(1),
                     body: bodies[side],
                     sensor: sensors[side],
-                    specimen: specimen.clone(),
+                    at_handle: at_handle.clone(),
                     speed: self.speed,
                     faults: details.faults[side],
                     seed: details.seeds[side],
@@ -471,8 +484,11 @@ impl Arguments {
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
         let (kind_of_port, first) = self.first();
         let listens = kind_of_port == PortKind::Address;
-        let refusal = if kind != Kind::Haply2Diy && details.has(&HAPLY_KEYS) {
-            "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
+        let has_specimen = !details.specimen.is_empty();
+        let has_script = details.script.is_some();
+        let at_handle = has_specimen || has_script;
+        let refusal = if kind != Kind::Haply2Diy && details.has(&HAPLY_KEYS) && !has_script {
+            "hardware and this hand apply only to a 2DIY: add --kind haply-2diy"
         } else if kind != Kind::Moteus && details.has(&MOTEUS_KEYS) {
             "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Inverse3 && details.has(&inverse3::KEYS) {
@@ -481,12 +497,14 @@ impl Arguments {
             "an Inverse Service is at a TCP port, which loses nothing: omit keys of the line, --link and --listen"
         } else if kind != Kind::Own && details.has(&SENSOR_KEYS) {
             "a force sensor is of --kind own: omit sensed_…"
-        } else if kind != Kind::Own && !details.specimen.is_empty() {
-            "a specimen is pressed by --kind own: omit its keys"
-        } else if self.axes.unwrap_or(1) != 1 && !details.specimen.is_empty() {
-            "a specimen is pressed along one axis: omit --axes, or the keys of the specimen"
-        } else if self.facing.is_some() && !details.specimen.is_empty() {
-            "boards that face each other have no specimen: omit --facing, or the keys of the specimen"
+        } else if kind != Kind::Own && at_handle {
+            "a specimen or a hand with a script is of --kind own: omit its keys"
+        } else if self.axes.unwrap_or(1) != 1 && at_handle {
+            "a specimen or a hand with a script has one axis: omit --axes, or its keys"
+        } else if self.facing.is_some() && at_handle {
+            "boards that face each other have neither specimen nor hand: omit --facing, or its keys"
+        } else if has_specimen && has_script {
+            "a specimen is in the place of a hand: omit hand, or the keys of the specimen"
         } else if details.motor_gain.is_some() && !self.model.is_given() {
             "motor_gain is of a board with a device file: add --device-model laboratory"
         } else if kind != Kind::Own && self.axes.is_some() {
@@ -582,6 +600,37 @@ fn hand(text: &str) -> Result<Option<haply::Hand>, String> {
         ("fixed", rest) => Ok(Some(haply::Hand::Fixed(point(rest)?))),
         _ => Err(KNOWN.to_owned()),
     }
+}
+
+/// Places of a scripted hand, m, and its times there, s, where they are not given.
+const PRESSED: (f64, f64) = (3e-3, 2.0);
+const WITHDRAWN: (f64, f64) = (5e-3, 1.0);
+
+/// The script of a hand; `None` if it is another hand.
+fn script(text: &str) -> Result<Option<HandScript>, String> {
+    if !text.starts_with("press") && !text.starts_with("withdraw") {
+        return Ok(None);
+    }
+    let moves = text.split(',').map(|step| {
+        let (word, rest) = step.split_once(':').unwrap_or((step, ""));
+        let (length, time) = rest.split_once('/').unwrap_or((rest, ""));
+        let (sign, (length_m, time_s)) = match word.trim() {
+            "press" => (1.0, PRESSED),
+            "withdraw" => (-1.0, WITHDRAWN),
+            _ => return Err("is not a script: give press and withdraw, each with LENGTH/TIME or without, as in press:3mm/2s,withdraw".to_owned()),
+        };
+        let number = |key, range, text: &str, default| match text {
+            "" => Ok(default),
+            text => in_range(key, range, text),
+        };
+        let place_m = number("place_m", parameters::PRESS.range(), length, length_m)?;
+        let time_s = number("time_s", parameters::TRIAL_DURATION.range(), time, time_s)?;
+        Ok((Metres(sign * place_m), Seconds(time_s)))
+    });
+    let moves = moves.collect::<Result<Vec<_>, String>>()?;
+    HandScript::new(moves)
+        .map(Some)
+        .map_err(|error| error.to_string())
 }
 
 /// A hand that strokes along y, in the middle of the workspace of this hardware.

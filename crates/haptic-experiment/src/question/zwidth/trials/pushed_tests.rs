@@ -293,7 +293,7 @@ impl Night {
                 noise: (Metres(0.0), 0),
             }),
             sensor: None,
-            specimen: None,
+            at_handle: None,
             speed: 1.0,
             faults: LineFaults::default(),
             seed: 1,
