@@ -108,7 +108,7 @@ def _files(walls: Iterable[Mapping[str, Any]]) -> Iterator[list[dict[str, Any]]]
     with tempfile.TemporaryDirectory() as folder:
         plain = [dict(wall) for wall in walls]
         for place, wall in enumerate(plain):
-            tissue = wall.get("tissue")
+            tissue: Any = wall.get("tissue")
             if hasattr(tissue, "to_toml"):
                 wall["tissue"] = Path(folder) / f"{place}.toml"
                 wall["tissue"].write_text(tissue.to_toml(), encoding="utf-8")
