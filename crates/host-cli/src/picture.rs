@@ -282,6 +282,9 @@ fn column(curves: &Curves, name: &str, scale: f64) -> Points {
 /// Time over which forces are averaged that switch from tick to tick where a line takes energy, s.
 const MEAN_S: f64 = 0.02;
 
+/// A force this many times the peak of the specimen is a knock: it is cut off, with an arrow that says how high it is.
+const KNOCK: f64 = 1.3;
+
 /// The mean of each 20 ms, as a hand or a tissue takes it.
 fn smoothed(points: &Points) -> Points {
     let step = points.get(1).map_or(MEAN_S, |next| next.0 - points[0].0);
@@ -328,18 +331,38 @@ fn of_side(curves: &Curves) -> Result<Picture, FigureError> {
 /// A press: force and depth over time, and the force over the depth, as a testing machine shows it.
 fn of_press(curves: &Curves) -> Result<Picture, FigureError> {
     let (force, depth) = ("force / N", "depth / mm");
-    let mut over_depth = Panel::new("force over depth", linear(depth), linear(force));
-    let mut forces = over_time("force on the specimen", force);
     let depths = column(curves, "depth_m", 1e3);
-    for (name, key, look, colour) in [
-        ("motor", "force_n", Look::Line, 0),
-        ("sensor", "sensed_force_n", Look::Dashed, 1),
+    let motor = column(curves, "force_n", 1.0);
+    let sensor = column(curves, "sensed_force_n", 1.0);
+    let highest = |points: &Points| {
+        let points = points.iter().copied();
+        points.fold(
+            (0.0, 0.0),
+            |best: (f64, f64), at| if at.1 > best.1 { at } else { best },
+        )
+    };
+    // The specimen's peak is that of the sensor where there is one, and where the contact knocks, that of means.
+    let felt = if sensor.is_empty() { &motor } else { &sensor };
+    let mean = highest(&smoothed(felt));
+    let knocks = mean.1 > 0.0 && highest(&motor).1.max(highest(felt).1) > KNOCK * mean.1;
+    let (peak, axis) = if knocks {
+        let axis = linear(force).focused(-0.1 * mean.1, KNOCK * mean.1);
+        (mean, axis)
+    } else {
+        (highest(felt), linear(force))
+    };
+    let mut over_depth = Panel::new("force over depth", linear(depth), axis);
+    let mut forces = Panel::new("force on the specimen", linear("time / s"), axis);
+    for (name, look, colour, points) in [
+        ("motor", Look::Line, 0, motor),
+        ("sensor", Look::Dashed, 1, sensor),
     ] {
-        let points = column(curves, key, 1.0);
         let pairs = std::iter::zip(&depths, &points);
         over_depth = over_depth.with(name, look, colour, pairs.map(|(at, y)| (at.1, y.1)));
         forces = forces.with(name, look, colour, points);
     }
+    let peaks = (peak.1 > 0.0).then_some(peak);
+    let forces = forces.with("peak of the specimen", Look::Markers, 5, peaks);
     let depths = over_time("depth", depth)
         .with("wanted", Look::Broad, 3, column(curves, "reference_m", 1e3))
         .with("handle", Look::Line, 2, depths);
@@ -431,8 +454,11 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
             .with(&device, Look::Line, 0, force.iter().copied())
             .with("second device", Look::Dashed, 3, drive.iter().copied())
     };
-    // An impact takes milliseconds, and the rest seconds.
-    let (whole, log) = (linear("time / s"), logarithmic("time / s"));
+    // An impact takes milliseconds, and the rest seconds: over t it is drawn until it has settled, over log t to its end.
+    let (whole, log) = (
+        linear("time / s").between(0.0, settled(&position)),
+        logarithmic("time / s"),
+    );
     let panels = [
         positions("position", whole),
         positions("position over log t", log),
@@ -440,6 +466,17 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
         forces("the same over log t".to_owned(), log),
     ];
     page(&trial.title, &trial.subtitle, 2, &panels)
+}
+
+/// Twice the time after which a curve keeps within a fiftieth of its span of its end; all of it where it does not settle.
+fn settled(points: &Points) -> f64 {
+    let last = points.last().copied().unwrap_or_default();
+    let span = points.iter().fold((last.1, last.1), |(low, high), at| {
+        (low.min(at.1), high.max(at.1))
+    });
+    let is_off = |at: &&(f64, f64)| (at.1 - last.1).abs() > 0.02 * (span.1 - span.0);
+    let off = points.iter().rev().find(is_off);
+    off.map_or(last.0, |at| 2.0 * at.0).min(last.0)
 }
 
 #[cfg(test)]

@@ -161,10 +161,20 @@ fn draw_of_record(answer: &PlantAnswer, name: &str) -> Result<Picture, FigureErr
         let other = "a second record and the function";
         panels.extend(panels_of(&tried.record, &tried.validation.model, other));
     }
+    let report = &answer.report;
+    let delay = written("delay_s", report.delay_s);
+    let between = match (report.delay_low_s, report.delay_high_s) {
+        (Some(low), Some(high)) => format!(
+            " ({} to {})",
+            written("delay_s", low),
+            written("delay_s", high)
+        ),
+        _ => String::new(),
+    };
     let subtitle = format!(
-        "{} · {} samples\n{}",
+        "{} · {} samples · dead time {delay}{between}\n{}",
         short_name(name),
-        answer.report.samples,
+        report.samples,
         answer.function()
     );
     let title = "A transfer function from a record";
