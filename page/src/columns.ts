@@ -74,17 +74,3 @@ export function joined(curves: { time: number[]; value: Points }[]): { x: number
   });
   return { x, points };
 }
-
-/** Smallest and largest of all points, null left out; null if there is none. */
-export function extent(series: Points[]): [number, number] | null {
-  let low = Infinity;
-  let high = -Infinity;
-  for (const points of series) {
-    for (const value of points) {
-      if (value === null) continue;
-      if (value < low) low = value;
-      if (value > high) high = value;
-    }
-  }
-  return low <= high ? [low, high] : null;
-}

@@ -491,6 +491,58 @@ mod tests {
         assert!(long.starts_with("aaa") && long.ends_with("µ.csv"), "{long}");
     }
 
+    #[test]
+    fn a_wall_is_drawn_until_twice_the_time_in_which_it_settles() {
+        let points = |last: f64| -> Points {
+            let time = (0..=100).map(f64::from);
+            time.map(|t| (t, if t < 10.5 { last - 1.0 } else { last }))
+                .collect()
+        };
+        assert_eq!(settled(&points(1.0)), 20.0);
+        // One that swings to its end is drawn whole, as is one that rests all along.
+        let swings: Points = (0..=100)
+            .map(|n| (f64::from(n), f64::from(n % 2)))
+            .collect();
+        assert_eq!(settled(&swings), 100.0);
+        assert_eq!(settled(&vec![(0.0, 1.0), (5.0, 1.0)]), 5.0);
+    }
+
+    /// A press with a knock of the contact: the specimen's peak is behind it, and the axis ends a little above.
+    #[test]
+    fn a_knock_is_no_peak_of_the_specimen() {
+        let time_s: Vec<f64> = (0..3000).map(|n| 1e-3 * f64::from(n)).collect();
+        let press = |knock: f64| {
+            let force = |t: &f64| {
+                if (0.5..0.503).contains(t) {
+                    knock
+                } else {
+                    t.min(1.0)
+                }
+            };
+            let curves = Curves {
+                title: "A press".to_owned(),
+                subtitle: String::new(),
+                origin: "simulated",
+                time_s: time_s.clone(),
+                columns: vec![
+                    ("force_n", time_s.iter().map(force).collect()),
+                    ("depth_m", time_s.clone()),
+                    ("reference_m", time_s.clone()),
+                ],
+                drawing: Drawing::Press,
+            };
+            of_run(&curves).expect("draws").svg().to_owned()
+        };
+        let (quiet, knocked) = (press(0.5), press(30.0));
+        assert!(quiet.contains("peak of the specimen") && knocked.contains("peak of the specimen"));
+        // No number of an axis is above 1.3; an arrow says how high the knock is.
+        assert!(
+            knocked.contains(">1.0<") && !knocked.contains(">20<"),
+            "{knocked}"
+        );
+        assert!(knocked.contains("30") && !quiet.contains(">30<"));
+    }
+
     /// A relaxation whose run begins below its closed form and passes through zero, and whose error is 0 at places.
     fn relaxation(record: bool, held: bool) -> String {
         let time_s: Vec<f64> = (0..3000).map(|n| 1e-3 * f64::from(n)).collect();

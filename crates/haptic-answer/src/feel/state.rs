@@ -19,7 +19,7 @@ pub const CHANNELS: [&str; 10] = [
     "position_at_a3_m",
 ];
 /// Places of those that the last ones follow: their columns hold the position at the moments of least and largest force.
-pub const FOLLOWED: [usize; 3] = [2, 3, 4];
+pub(super) const FOLLOWED: [usize; 3] = [2, 3, 4];
 /// Place of the position among them.
 pub const POSITION: usize = 0;
 

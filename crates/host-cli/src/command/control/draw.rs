@@ -163,14 +163,11 @@ fn draw_of_record(answer: &PlantAnswer, name: &str) -> Result<Picture, FigureErr
     }
     let report = &answer.report;
     let delay = written("delay_s", report.delay_s);
-    let between = match (report.delay_low_s, report.delay_high_s) {
-        (Some(low), Some(high)) => format!(
-            " ({} to {})",
-            written("delay_s", low),
-            written("delay_s", high)
-        ),
-        _ => String::new(),
-    };
+    let ends = report.delay_low_s.zip(report.delay_high_s);
+    let between = ends.map_or_else(String::new, |ends| {
+        let [low, high] = [ends.0, ends.1].map(|delay_s| written("delay_s", delay_s));
+        format!(" ({low} to {high})")
+    });
     let subtitle = format!(
         "{} · {} samples · dead time {delay}{between}\n{}",
         short_name(name),
