@@ -17,10 +17,11 @@ export function times(frame: Frame, origin = 0): number[] {
 }
 
 /**
- * Values of the points: minimum and maximum of each column, the nearer to the column before it first, so that the
- * line does not cross itself. `factor` converts units; null stands where nothing is.
+ * Values of the points: minimum and maximum of each column, the nearer to the point before it first, so that the
+ * line does not cross itself. `factor` converts units; null stands where nothing is. A channel that follows another has its
+ * order, that of `led`.
  */
-export function values(least: Float32Array, most: Float32Array, factor = 1): Points {
+export function values(least: Float32Array, most: Float32Array, factor = 1, led: readonly [Float32Array, Float32Array] = [least, most]): Points {
   const points = new Array<number | null>(2 * least.length);
   let before = NaN;
   for (let column = 0; column < least.length; column += 1) {
@@ -31,11 +32,11 @@ export function values(least: Float32Array, most: Float32Array, factor = 1): Poi
       before = NaN;
       continue;
     }
-    const middle = 0.5 * (low + high);
-    const rising = Number.isNaN(before) || middle >= before;
+    const [first, second] = [led[0][column] ?? NaN, led[1][column] ?? NaN];
+    const rising = Number.isNaN(before) || Math.abs(first - before) <= Math.abs(second - before);
     points[2 * column] = factor * (rising ? low : high);
     points[2 * column + 1] = factor * (rising ? high : low);
-    before = middle;
+    before = rising ? second : first;
   }
   return points;
 }
@@ -72,18 +73,4 @@ export function joined(curves: { time: number[]; value: Points }[]): { x: number
     return line as Points;
   });
   return { x, points };
-}
-
-/** Smallest and largest of all points, null left out; null if there is none. */
-export function extent(series: Points[]): [number, number] | null {
-  let low = Infinity;
-  let high = -Infinity;
-  for (const points of series) {
-    for (const value of points) {
-      if (value === null) continue;
-      if (value < low) low = value;
-      if (value > high) high = value;
-    }
-  }
-  return low <= high ? [low, high] : null;
 }

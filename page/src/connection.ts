@@ -13,7 +13,7 @@ export interface Listener {
 }
 
 type Answer = { id: number | null; ok: boolean; error?: string } & Record<string, unknown>;
-type Waiting = { done: (answer: Answer) => void; failed: (error: Error) => void };
+type Waiting = { since: number; done: (answer: Answer) => void; failed: (error: Error) => void };
 type Framed = { done: (frame: Frame) => void; failed: (error: Error) => void };
 
 const RETRY_MS = 700;
@@ -34,6 +34,12 @@ export class Connection {
     private readonly listener: Listener,
     private readonly carry: (told: Told) => Transport,
   ) {}
+
+  /** How long the oldest question waits, ms. */
+  get waits(): number {
+    const [oldest] = this.waiting.values();
+    return oldest === undefined ? 0 : performance.now() - oldest.since;
+  }
 
   start(): void {
     this.transport = this.carry({
@@ -113,7 +119,7 @@ export class Connection {
     const transport = this.transport;
     if (!transport?.isOpen) return Promise.reject(new Error("there is no connection to the server"));
     return new Promise<T>((resolve, reject) => {
-      this.waiting.set(id, { done: (answer) => resolve(answer as T), failed: reject });
+      this.waiting.set(id, { since: performance.now(), done: (answer) => resolve(answer as T), failed: reject });
       transport.send(JSON.stringify({ id, do: what, ...keys }));
     });
   }

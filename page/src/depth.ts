@@ -8,7 +8,7 @@ import type { Line } from "./chart";
 /** Room for the numbers of the axes, px. */
 const EDGE = { left: 46, right: 12, top: 8, bottom: 34 };
 
-/** Least and most of depth and force in each column of time, as a frame has them. */
+/** Least and most force in each column of time, and the depth at both moments, as a frame has them. */
 export interface DepthCurve extends Omit<Line, "label"> {
   /** 1 where the device itself presses; else a force against the motion is shown as positive. */
   sign?: number;
@@ -42,7 +42,10 @@ export class DepthPlot {
   /** Draws curves, the last on top. */
   draw(curves: DepthCurve[]): void {
     const none = new Float32Array();
-    this.tracks = curves.map(({ depth, force, sign = -1, ...stroke }) => ({ ...stroke, depth: values(depth[0] ?? none, depth[1] ?? none, 1000), force: values(force[0] ?? none, force[1] ?? none, sign) }));
+    this.tracks = curves.map(({ depth, force, sign = -1, ...stroke }) => {
+      const [least, most] = [force[0] ?? none, force[1] ?? none];
+      return { ...stroke, depth: values(depth[0] ?? none, depth[1] ?? none, 1000, [least, most]), force: values(least, most, sign) };
+    });
     this.show();
   }
 
@@ -50,7 +53,8 @@ export class DepthPlot {
     const [width, height] = [this.width - EDGE.left - EDGE.right, this.height - EDGE.top - EDGE.bottom];
     if (width <= 0 || height <= 0) return;
     set(this.picture, { viewBox: `0 0 ${this.width} ${this.height}` });
-    const [x0, x1] = span(this.tracks.map(({ depth }) => depth));
+    // Where nothing pushes there is nothing to see.
+    const [x0, x1] = span(this.tracks.map(({ depth, force }) => depth.filter((_, n) => force[n])));
     const [y0, y1] = span(this.tracks.map(({ force }) => force));
     const x = (depth: number): number => EDGE.left + ((depth - x0) / (x1 - x0)) * width;
     const y = (force: number): number => EDGE.top + ((y1 - force) / (y1 - y0)) * height;
@@ -68,8 +72,9 @@ export class DepthPlot {
       let [path, open] = ["", false];
       depth.forEach((at, n) => {
         const value = force[n] ?? null;
-        if (at !== null && value !== null) path += `${open ? "L" : "M"}${x(at).toFixed(1)},${y(value).toFixed(1)}`;
-        open = at !== null && value !== null;
+        const there = at !== null && value !== null;
+        if (there) path += `${open ? "L" : "M"}${x(Math.max(x0, at)).toFixed(1)},${y(value).toFixed(1)}`;
+        open = there;
       });
       const line = svg("path", { class: "track", d: path, "stroke-dasharray": (dash ?? []).join(" ") });
       line.style.stroke = `var(${colour})`;

@@ -20,6 +20,8 @@ const FORCES: Line[] = [
 ];
 /** Lines of the force plot and their channels, in the order of drawing: the true one on top. */
 const CHANNELS = ["ghost_a3_n", "ghost_short_n", "force_n"];
+/** The position at the moments of least and largest force of each. */
+const DEPTHS = ["position_at_a3_m", "position_at_short_m", "position_at_force_m"];
 const DRAWN = [2, 1, 0].map((index) => FORCES[index]).filter((line) => line !== undefined);
 const PROBE: Line[] = [{ label: "probe", colour: "--ink", width: 2 }];
 
@@ -167,7 +169,7 @@ export class FeelCharts {
     if (performance.now() - this.depthDrawn < DEPTH_MS && this.zoom === null) return;
     this.depthDrawn = performance.now();
     const ends = (name: string): [Float32Array | undefined, Float32Array | undefined] => [frame.least[this.channel(name)], frame.most[this.channel(name)]];
-    this.depths.draw(CHANNELS.map((name, n) => ({ ...(DRAWN[n] ?? { colour: "--blue" }), depth: ends("position_m"), force: ends(name) })));
+    this.depths.draw(CHANNELS.map((name, n) => ({ ...(DRAWN[n] ?? { colour: "--blue" }), depth: ends(DEPTHS[n] ?? ""), force: ends(name) })));
   }
 
   /** Time that is 0 on the axis. */

@@ -23,6 +23,12 @@ export function readable(channel: string): string {
   return (unit ? channel.replace(unit[0], "") : channel).replace(/_/g, " ") + (unit?.[1] ?? "");
 }
 
+/** A channel as it is drawn, lengths in mm. */
+export function plotted(channel: string): { name: string; factor: number } {
+  const name = readable(channel);
+  return name.endsWith(", m") ? { name: `${name.slice(0, -1)}mm`, factor: 1000 } : { name, factor: 1 };
+}
+
 /** A sentence of the server with its keys as the fields are called. */
 export function spoken(sentence: string): string {
   return sentence.replace(/`([a-z]\w*)`/g, (_, key: string) => readable(key).replace(/,.*/, ""));

@@ -8,7 +8,7 @@ import { el, say } from "./dom";
 import { csvOf, pngOf, svgOf, type Picture } from "./export";
 import { number, plain, tickTexts } from "./format";
 import type { Frame } from "./frame";
-import { readable } from "./names";
+import { plotted, readable } from "./names";
 import { PlaneView } from "./plane";
 import type { OpenRun } from "./protocol";
 import { download, save } from "./save";
@@ -30,9 +30,9 @@ const THEORY = { colour: "--theory", width: 6 };
 const RECORD = "measured record";
 const MEASURED = { colour: "--rose", width: 4 };
 
-/** Channels of force over depth, and how many columns of time are asked for. */
-const DEPTH = ["position_m", "commanded_force_n"];
-const DEPTH_COLUMNS = 1500;
+/** Channels of force over depth, the position at the moments of least and largest force, and how many columns of time are asked for. */
+const DEPTH = ["position_at_force_m", "commanded_force_n"];
+const DEPTH_COLUMNS = 4000;
 
 /** The experiment's own curve over its closed form, which no log holds. */
 const JUDGED = "over its closed form";
@@ -109,7 +109,7 @@ export class Overlay {
     const channels = choices([...runs.flatMap((run) => run.channels), ...judged]);
     for (const part of this.parts) {
       // A list in use keeps its lines.
-      if (channels.join() !== [...part.select.options].map(({ value }) => value).join()) part.select.replaceChildren(...channels.map((name) => el("option", { value: name }, readable(name))));
+      if (channels.join() !== [...part.select.options].map(({ value }) => value).join()) part.select.replaceChildren(...channels.map((name) => el("option", { value: name }, plotted(name).name)));
       const best = channels.find((name) => part === this.parts[0] && name.endsWith(JUDGED)) ?? part.prefers.find((name) => channels.includes(name)) ?? channels.find((name) => name !== this.parts[0]?.select.value);
       // A choice of one's own stays; what was best for other runs need not be now.
       const chosen = this.app.state.runs[part.place];
@@ -153,7 +153,7 @@ export class Overlay {
 
   /** Force over depth of each run with one axis, of the same span. */
   private async loadDepth(round: number): Promise<void> {
-    const runs = this.runs.filter((run) => DEPTH.every((channel) => run.channels.includes(channel)));
+    const runs = this.runs.filter((run) => run.axes === 1);
     this.depth.hidden = runs.length === 0;
     try {
       const frames = await Promise.all(runs.map((run) => this.frameOf(run, DEPTH, DEPTH_COLUMNS)));
@@ -203,7 +203,7 @@ export class Overlay {
     );
     return curves.map(({ run, channel, theory }) => {
       const found = frames.get(run);
-      if (found) return sampled(found.frame, found.channels.indexOf(channel));
+      if (found) return sampled(found.frame, found.channels.indexOf(channel), plotted(channel).factor);
       if (channel === RECORD) return decimate(run.curves?.record_time_s ?? [], run.curves?.record ?? [], columns);
       return decimate(run.curves?.time_s ?? [], (theory ? run.curves?.closed_form : run.curves?.values) ?? [], columns);
     });
@@ -224,7 +224,7 @@ export class Overlay {
     part.drawn = null;
     const names = legend(lines);
     part.chart = new Chart({
-      name: `${readable(part.select.value)} over time`,
+      name: `${plotted(part.select.value).name} over time`,
       lines,
       xTexts: (ticks) => tickTexts(ticks).map((text) => `${text} s`),
       zoomed: (zoom) => this.zoomTo(zoom),
@@ -242,7 +242,7 @@ export class Overlay {
     if (theory) return readable(channel);
     const part = channel === choice ? "" : componentName(channel);
     if (this.runs.length > 1 || judged) return part === "" ? run.name : `${run.name} ${part}`;
-    return part === "" ? readable(channel) : part;
+    return part === "" ? plotted(channel).name : part;
   }
 
   /** Runs are told apart by colour and dashes; components of vectors by colour, and of several runs by the dashes of the run. */
@@ -265,7 +265,7 @@ export class Overlay {
     return this.parts.flatMap(({ drawn, select }) => {
       if (drawn === null || drawn.curves.length === 0) return [];
       const lines = drawn.curves.map((curve, index) => ({ name: `${curve.run.name} ${curve.channel}`, points: drawn.points[index] ?? [], ...this.stroke(curve) }));
-      return { title: readable(select.value), x: drawn.x, lines };
+      return { title: plotted(select.value).name, x: drawn.x, lines };
     });
   }
 
@@ -294,7 +294,7 @@ function hasTheory(run: OpenRun): boolean {
   return (run.curves?.closed_form?.length ?? 0) > 0;
 }
 
-function sampled(frame: Frame, channel: number): Sampled {
+function sampled(frame: Frame, channel: number, factor: number): Sampled {
   const [least = new Float32Array(), most = new Float32Array()] = [frame.least[channel], frame.most[channel]];
-  return { time: times(frame), value: values(least, most) };
+  return { time: times(frame), value: values(least, most, factor) };
 }

@@ -132,7 +132,9 @@ export class RunsView implements ViewPart {
       const { runs } = await this.app.connection.ask<{ runs: RunEntry[] }>("runs.list");
       const same = JSON.stringify(runs) === JSON.stringify(this.entries) && this.list.childElementCount > 0;
       this.entries = runs;
-      if (!same) this.drawList();
+      if (same) return;
+      this.drawList();
+      this.drawFacts(this.shown);
     } catch (error) {
       this.app.notify(error instanceof Error ? error.message : String(error));
     }
@@ -214,9 +216,13 @@ export class RunsView implements ViewPart {
   }
 
   private drawOpen(): void {
-    const runs = this.app.state.runs.open.flatMap((name) => this.loaded.get(name) ?? []);
-    this.drawFacts(runs);
-    this.panels.curves.classList.toggle("with-plane", this.overlay.show(runs));
+    this.drawFacts(this.shown);
+    this.panels.curves.classList.toggle("with-plane", this.overlay.show(this.shown));
+  }
+
+  /** The runs that are open, as far as they are loaded. */
+  private get shown(): OpenRun[] {
+    return this.app.state.runs.open.flatMap((name) => this.loaded.get(name) ?? []);
   }
 
   /** Runs the experiment of a proposal. */
@@ -240,7 +246,8 @@ export class RunsView implements ViewPart {
         ...(run.end ? [["end", [run.end.ended, run.end.reason].filter((text) => text !== "").join(": ")] as [string, string]] : []),
         ...run.events.slice(0, 50).map((event): [string, string] => [`${number(event.time_s)} s`, event.text || event.kind]),
       ];
-      parts.push(el("h3", {}, run.name), ...this.feelIt(run), el("dl", {}, ...rows.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)])));
+      const verdict = this.entries.find(({ name }) => name === run.name)?.verdict;
+      parts.push(el("h3", {}, run.name), ...(verdict ? [el("p", { class: "verdict" }, verdict)] : []), ...this.feelIt(run), el("dl", {}, ...rows.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)])));
     }
     if (parts.length === 0) parts.push(el("p", { class: "hint" }, "Choose runs on the left: several are drawn over each other. The file of device selftest --json is shown where it is dropped."));
     this.facts.replaceChildren(...parts);

@@ -25,7 +25,7 @@ export class Safety {
 
   constructor(private readonly app: App) {
     this.panel = app.connection.panel("safety");
-    this.root = el("section", { class: "card" }, el("h2", {}, "Is it safe? ", this.said), this.map.root as unknown as HTMLElement, this.hint, this.felt);
+    this.root = el("section", { class: "card" }, el("h2", {}, "Is it safe? ", this.said), el("div", { class: "beside safe" }, this.map.root as unknown as HTMLElement, el("div", { tabindex: 0, role: "region", "aria-label": "What is proved" }, this.hint, this.felt)));
     const draw = latest((feel: Feel) => this.draw(feel), (error) => app.notify(error.message));
     this.show = (feel) => {
       say(this.said, sentence(feel.verdict));

@@ -15,6 +15,8 @@ import { address, START, type State } from "./state";
 /** The force is zero a tenth of a second after a stop. */
 const ARM_AGAIN_MS = 400;
 const ARM_ATTEMPTS = 4;
+/** Time between two looks at what is awaited, ms. */
+const LOOK_MS = 200;
 
 export class Screen {
   private readonly shell: Shell;
@@ -32,8 +34,10 @@ export class Screen {
       start: () => void this.arm(),
       takeControls: () => void app.tell("controls.take", { force: true }),
       record: () => this.record(),
+      link: () => this.link(),
       themed: () => this.views.forEach((view) => view.themed()),
     });
+    setInterval(() => this.shell.awaits(app.connection.waits), LOOK_MS);
     this.listen();
   }
 
@@ -78,6 +82,17 @@ export class Screen {
   private stop(): void {
     this.arming += 1;
     void this.app.tell("stop");
+  }
+
+  /** The state of the page is in its address: whoever opens it sees the same. */
+  private async link(): Promise<string> {
+    const link = location.href.replace(/#.*/, "") + address(this.app.state);
+    try {
+      await navigator.clipboard.writeText(link);
+      return "The address is in the clipboard.";
+    } catch {
+      return link;
+    }
   }
 
   private record(): void {

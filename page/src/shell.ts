@@ -33,6 +33,8 @@ export interface ShellOptions {
   start: () => void;
   takeControls: () => void;
   record: () => void;
+  /** Puts the address of what is shown into the clipboard, and says so. */
+  link: () => Promise<string>;
   themed: () => void;
 }
 
@@ -40,6 +42,7 @@ export class Shell {
   readonly main = el("main", { id: "main" });
   private readonly tabs = new Map<View, HTMLAnchorElement>();
   private readonly device = el("span", { class: "device" });
+  private readonly waits = el("span", { class: "waits", role: "status" });
   private readonly start = el("button", { type: "button", class: "start", "aria-keyshortcuts": "R", hidden: true }, "Start", el("kbd", { "aria-hidden": "true" }, "R"));
   private readonly banner = el("div", { class: "banner", role: "status", hidden: true });
   private readonly notices = el("div", { class: "notices", role: "status", "aria-live": "polite" });
@@ -117,6 +120,11 @@ export class Shell {
     return names.length > 0 ? names.join(", ") : "none";
   }
 
+  /** Says that an answer is awaited, once that takes longer than a look. */
+  awaits(ms: number): void {
+    say(this.waits, ms > 400 ? "waiting for an answer …" : "");
+  }
+
   /** A sentence under the head that stays; empty for none. */
   say(text: string, act?: () => void, label = ""): void {
     if (this.banner.dataset["said"] === text + label) return;
@@ -175,13 +183,16 @@ export class Shell {
       this.tabs.set(view, tab);
       nav.append(tab);
     }
-    document.body.append(el("header", {}, el("h1", {}, "fractional‑haptics"), nav, this.device, this.start, stop));
+    document.body.append(el("header", {}, el("h1", {}, "fractional‑haptics"), nav, this.waits, this.device, this.start, stop));
   }
 
   private footer(): void {
     const { tick, period, late, lost, limiter, energy } = this.foot;
     this.record.addEventListener("click", this.options.record);
-    const keys = el("button", { type: "button", class: "keys" }, "space stops · P pauses · M marks · ? keys");
+    const link = el("button", { type: "button", class: "keys" }, "copy link");
+    link.title = "The address of what is shown here";
+    link.addEventListener("click", () => void this.options.link().then((said) => this.notify(said)));
+    const keys = el("button", { type: "button" }, "space stops · P pauses · M marks · ? keys");
     keys.addEventListener("click", () => this.toggleHelp());
     document.body.append(
       el(
@@ -194,6 +205,7 @@ export class Shell {
         el("span", {}, "energy given back ", energy),
         this.record,
         this.watching,
+        link,
         keys,
       ),
     );

@@ -33,3 +33,16 @@ def test_identifications_are_drawn_for_every_kind() -> None:
 def test_a_run_without_a_relaxation_is_refused() -> None:
     with pytest.raises(ValueError, match="creep"):
         plot.relaxation(experiment.creep(duration_s=1.0))
+
+
+def test_columns_of_any_run_are_drawn_over_time() -> None:
+    run = experiment.creep(duration_s=1.0)
+    ax = plot.columns(run)
+    drawn = [line.get_label() for line in ax.lines]
+    assert len(drawn) > 0 and len({str(name).rpartition("_")[2] for name in drawn}) == 1
+    name = list(run.columns)[-1]
+    assert plot.columns(run, name, ax=ax) is ax
+    assert ax.lines[-1].get_label() == name
+    assert np.array_equal(ax.lines[-1].get_ydata(), run[name], equal_nan=True)
+    with pytest.raises(KeyError, match="place"):
+        plot.columns(run, "place")

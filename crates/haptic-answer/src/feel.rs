@@ -18,8 +18,11 @@ use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_STIFFNESS};
 use serde_json::{Value, json};
 
 /// The levels that are kept of a loop.
-pub const fn pyramid_size() -> PyramidSize {
-    PyramidSize::usual(CHANNELS.len())
+pub const fn pyramid_size() -> PyramidSize<'static> {
+    PyramidSize {
+        follows: &state::FOLLOWED,
+        ..PyramidSize::usual(CHANNELS.len())
+    }
 }
 
 /// Settings of the felt loop and its verdict: the same in answers and to all pages.

@@ -319,6 +319,7 @@ mod tests {
 
     fn pyramid() -> Pyramid {
         Pyramid::new(PyramidSize {
+            follows: &[],
             channels: 7,
             samples: 1 << 16,
             entries: 1 << 14,
@@ -506,6 +507,7 @@ mod tests {
     #[test]
     fn a_frame_is_what_the_protocol_says_byte_by_byte() {
         let mut pyramid = Pyramid::new(PyramidSize {
+            follows: &[],
             channels: 2,
             samples: 8,
             entries: 8,

@@ -5,6 +5,8 @@
 //! level 2   [·····························]      of 16, and so on: the coarser, the further back
 //! ```
 //! - *No peak is lost*: an entry holds the least and the largest number of all its samples, NaN left out.
+//! - *Pairs stay pairs*: a channel that follows another holds its numbers at the two samples where the other is least and largest.
+//!   Extremes of two channels are of different moments, and a curve of one over the other through them goes where no sample was.
 //! - *Every sample counts*: an entry that is not yet full is seen too.
 //! - *Memory* is taken and touched at the start and does not grow. A level is a ring: it forgets its oldest entry.
 //! - *Cost*: a sample some comparisons for each channel; a view at most [`ENTRIES_MOST`] entries a column.
@@ -18,9 +20,11 @@ pub const ENTRIES_MOST: u64 = 16;
 
 /// Size of the levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PyramidSize {
+pub struct PyramidSize<'a> {
     /// Numbers of a sample.
     pub channels: usize,
+    /// The channels that the last ones of a sample follow.
+    pub follows: &'a [usize],
     /// Samples that level 0 remembers, at least 1.
     pub samples: usize,
     /// Entries that each coarser level remembers, at least 1.
@@ -29,11 +33,12 @@ pub struct PyramidSize {
     pub coarser: u32,
 }
 
-impl PyramidSize {
+impl PyramidSize<'_> {
     /// 8.7 minutes of samples and 9.3 hours of entries at 1 kHz; 6.3 MB a channel.
     pub const fn usual(channels: usize) -> Self {
         Self {
             channels,
+            follows: &[],
             samples: 1 << 19,
             entries: 1 << 17,
             coarser: 4,
@@ -51,7 +56,7 @@ pub struct Pyramid {
 
 impl Pyramid {
     /// An empty one. Its memory is touched here, so that it does not grow later.
-    pub fn new(size: PyramidSize) -> Self {
+    pub fn new(size: PyramidSize<'_>) -> Self {
         let coarser = size.coarser.min(12);
         let level = |number: u32| {
             let entries = if number == 0 {
@@ -59,7 +64,7 @@ impl Pyramid {
             } else {
                 size.entries
             };
-            Level::new(size.channels, entries.max(1), FACTOR.pow(number))
+            Level::new(size, entries.max(1), FACTOR.pow(number))
         };
         Self {
             levels: (0..=coarser).map(level).collect(),
@@ -225,26 +230,47 @@ fn widen((least, largest): (f32, f32), (low, high): (f32, f32)) -> (f32, f32) {
     (least.min(low), largest.max(high))
 }
 
+/// Numbers of a channel where the one that it follows is least and largest, if that had `of` before and `now` comes.
+#[inline]
+fn followed(held: (f32, f32), new: (f32, f32), of: (f32, f32), now: (f32, f32)) -> (f32, f32) {
+    let less = now.0 < of.0 || of.0.is_nan();
+    let more = now.1 > of.1 || of.1.is_nan();
+    (
+        if less { new.0 } else { held.0 },
+        if more { new.1 } else { held.1 },
+    )
+}
+
 const NOTHING: (f32, f32) = (f32::NAN, f32::NAN);
 
 #[derive(Clone, Debug)]
 struct Level {
     ticks: u64,
     channels: usize,
+    follows: Vec<usize>,
     capacity: u64,
     /// Entry by entry, in it channel by channel.
     entries: Vec<(f32, f32)>,
 }
 
 impl Level {
-    fn new(channels: usize, capacity: usize, ticks: u64) -> Self {
+    fn new(size: PyramidSize<'_>, capacity: usize, ticks: u64) -> Self {
         Self {
             ticks,
-            channels,
+            channels: size.channels,
+            follows: size.follows.to_vec(),
             capacity: capacity as u64,
             // Numbers other than zero, so that the system has to give the memory now.
-            entries: vec![NOTHING; channels * capacity],
+            entries: vec![NOTHING; size.channels * capacity],
         }
+    }
+
+    /// The channel that this one follows, which comes before it.
+    #[inline]
+    fn leader(&self, channel: usize) -> Option<usize> {
+        let own = self.channels - self.follows.len();
+        let follower = channel.checked_sub(own)?;
+        self.follows.get(follower).copied()
     }
 
     fn place(&self, entry: u64) -> usize {
@@ -255,12 +281,20 @@ impl Level {
     #[inline]
     fn push(&mut self, tick: u64, sample: &[f32]) {
         let place = self.place(tick / self.ticks);
-        let begins = tick.is_multiple_of(self.ticks);
-        let entry = &mut self.entries[place..place + self.channels];
-        let numbers = sample.iter().copied().chain(std::iter::repeat(f32::NAN));
-        for (held, number) in entry.iter_mut().zip(numbers) {
-            let before = if begins { NOTHING } else { *held };
-            *held = widen(before, (number, number));
+        if tick.is_multiple_of(self.ticks) {
+            self.entries[place..][..self.channels].fill(NOTHING);
+        }
+        let number = |channel: usize| {
+            let number = sample.get(channel).copied().unwrap_or(f32::NAN);
+            (number, number)
+        };
+        // Followers are last: each is taken before the channel that it follows.
+        for channel in (0..self.channels).rev() {
+            let held = self.entries[place + channel];
+            self.entries[place + channel] = match self.leader(channel) {
+                None => widen(held, number(channel)),
+                Some(of) => followed(held, number(channel), self.entries[place + of], number(of)),
+            };
         }
     }
 
@@ -292,13 +326,22 @@ impl Level {
             let entries = ticks.start / self.ticks..ticks.end.div_ceil(self.ticks);
             for entry in entries {
                 let place = self.place(entry);
-                for (channel, &held) in self.entries[place..][..self.channels].iter().enumerate() {
-                    let (least, largest) = (
-                        2 * channel * count + column,
-                        (2 * channel + 1) * count + column,
-                    );
+                let entry = &self.entries[place..][..self.channels];
+                for (channel, &new) in entry.iter().enumerate().rev() {
+                    let ends = |channel: usize| {
+                        let least = 2 * channel * count + column;
+                        (least, least + count)
+                    };
                     let numbers = &mut columns.numbers;
-                    let both = widen((numbers[least], numbers[largest]), held);
+                    let (least, largest) = ends(channel);
+                    let held = (numbers[least], numbers[largest]);
+                    let both = match self.leader(channel) {
+                        None => widen(held, new),
+                        Some(of) => {
+                            let (low, high) = ends(of);
+                            followed(held, new, (numbers[low], numbers[high]), entry[of])
+                        }
+                    };
                     (numbers[least], numbers[largest]) = both;
                 }
             }

@@ -210,6 +210,12 @@ impl<N: Named> Options<N> {
         }
     }
 
+    /// True if this key is in no option, and no file could have it.
+    pub(crate) fn leaves_out(&self, key: &str) -> bool {
+        let has = |value: &String| value.starts_with(key) || value.ends_with(".toml");
+        self.options.iter().all(|option| option.0.key != key) && !self.values.iter().any(has)
+    }
+
     /// Appends a `KEY=VALUE`.
     pub(crate) fn and(mut self, value: &str) -> Self {
         self.values.push(value.to_owned());
@@ -232,7 +238,8 @@ impl<N: Named> Options<N> {
     pub(crate) fn over(self, mut document: Document) -> Result<Document, Failure> {
         let kind = document.kind()?;
         for (parameter, text, wording) in self.options {
-            let value = value_of("", parameter, &text).map_err(|error| refused(&wording, error))?;
+            let value = value_of("", parameter, &text)
+                .map_err(|error| refused(&wording, error + &instead(kind, parameter, &text)))?;
             document.set(table_of(kind, parameter), parameter.key, value, &wording)?;
         }
         for text in &self.values {
@@ -262,6 +269,16 @@ impl<N: Named> Options<N> {
         }
         Ok(document)
     }
+}
+
+/// The option whose value this text would be: a stress of 50 N is a force.
+fn instead(kind: &str, parameter: &Parameter, text: &str) -> String {
+    let words = format!("instead of a {}", option_of(parameter.key));
+    let mut others = of_kind(kind).into_iter().flat_map(|(_, table)| table);
+    let other = others.find(|p| p.help.contains(&words) && value_of("", p, text).is_ok());
+    other.map_or_else(String::new, |other| {
+        format!("; or --{} {}", option_of(other.key), short(text))
+    })
 }
 
 /// An error with the words that were given.

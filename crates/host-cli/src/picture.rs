@@ -282,6 +282,9 @@ fn column(curves: &Curves, name: &str, scale: f64) -> Points {
 /// Time over which forces are averaged that switch from tick to tick where a line takes energy, s.
 const MEAN_S: f64 = 0.02;
 
+/// A force this many times the peak of the specimen is a knock: it is cut off, with an arrow that says how high it is.
+const KNOCK: f64 = 1.3;
+
 /// The mean of each 20 ms, as a hand or a tissue takes it.
 fn smoothed(points: &Points) -> Points {
     let step = points.get(1).map_or(MEAN_S, |next| next.0 - points[0].0);
@@ -328,18 +331,38 @@ fn of_side(curves: &Curves) -> Result<Picture, FigureError> {
 /// A press: force and depth over time, and the force over the depth, as a testing machine shows it.
 fn of_press(curves: &Curves) -> Result<Picture, FigureError> {
     let (force, depth) = ("force / N", "depth / mm");
-    let mut over_depth = Panel::new("force over depth", linear(depth), linear(force));
-    let mut forces = over_time("force on the specimen", force);
     let depths = column(curves, "depth_m", 1e3);
-    for (name, key, look, colour) in [
-        ("motor", "force_n", Look::Line, 0),
-        ("sensor", "sensed_force_n", Look::Dashed, 1),
+    let motor = column(curves, "force_n", 1.0);
+    let sensor = column(curves, "sensed_force_n", 1.0);
+    let highest = |points: &Points| {
+        let points = points.iter().copied();
+        points.fold(
+            (0.0, 0.0),
+            |best: (f64, f64), at| if at.1 > best.1 { at } else { best },
+        )
+    };
+    // The specimen's peak is that of the sensor where there is one, and where the contact knocks, that of means.
+    let felt = if sensor.is_empty() { &motor } else { &sensor };
+    let mean = highest(&smoothed(felt));
+    let knocks = mean.1 > 0.0 && highest(&motor).1.max(highest(felt).1) > KNOCK * mean.1;
+    let (peak, axis) = if knocks {
+        let axis = linear(force).focused(-0.1 * mean.1, KNOCK * mean.1);
+        (mean, axis)
+    } else {
+        (highest(felt), linear(force))
+    };
+    let mut over_depth = Panel::new("force over depth", linear(depth), axis);
+    let mut forces = Panel::new("force on the specimen", linear("time / s"), axis);
+    for (name, look, colour, points) in [
+        ("motor", Look::Line, 0, motor),
+        ("sensor", Look::Dashed, 1, sensor),
     ] {
-        let points = column(curves, key, 1.0);
         let pairs = std::iter::zip(&depths, &points);
         over_depth = over_depth.with(name, look, colour, pairs.map(|(at, y)| (at.1, y.1)));
         forces = forces.with(name, look, colour, points);
     }
+    let peaks = (peak.1 > 0.0).then_some(peak);
+    let forces = forces.with("peak of the specimen", Look::Markers, 5, peaks);
     let depths = over_time("depth", depth)
         .with("wanted", Look::Broad, 3, column(curves, "reference_m", 1e3))
         .with("handle", Look::Line, 2, depths);
@@ -431,8 +454,11 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
             .with(&device, Look::Line, 0, force.iter().copied())
             .with("second device", Look::Dashed, 3, drive.iter().copied())
     };
-    // An impact takes milliseconds, and the rest seconds.
-    let (whole, log) = (linear("time / s"), logarithmic("time / s"));
+    // An impact takes milliseconds, and the rest seconds: over t it is drawn until it has settled, over log t to its end.
+    let (whole, log) = (
+        linear("time / s").between(0.0, settled(&position)),
+        logarithmic("time / s"),
+    );
     let panels = [
         positions("position", whole),
         positions("position over log t", log),
@@ -440,6 +466,17 @@ fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError>
         forces("the same over log t".to_owned(), log),
     ];
     page(&trial.title, &trial.subtitle, 2, &panels)
+}
+
+/// Twice the time after which a curve keeps within a fiftieth of its span of its end; all of it where it does not settle.
+fn settled(points: &Points) -> f64 {
+    let last = points.last().copied().unwrap_or_default();
+    let span = points.iter().fold((last.1, last.1), |(low, high), at| {
+        (low.min(at.1), high.max(at.1))
+    });
+    let is_off = |at: &&(f64, f64)| (at.1 - last.1).abs() > 0.02 * (span.1 - span.0);
+    let off = points.iter().rev().find(is_off);
+    off.map_or(last.0, |at| 2.0 * at.0).min(last.0)
 }
 
 #[cfg(test)]
@@ -452,6 +489,59 @@ mod tests {
         let long = short_name(&("a".repeat(50) + &"µ".repeat(50) + ".csv"));
         assert_eq!(long.chars().count(), 41);
         assert!(long.starts_with("aaa") && long.ends_with("µ.csv"), "{long}");
+    }
+
+    #[test]
+    fn a_wall_is_drawn_until_twice_the_time_in_which_it_settles() {
+        let points = |last: f64| -> Points {
+            let time = (0..=100).map(f64::from);
+            time.map(|t| (t, if t < 10.5 { last - 1.0 } else { last }))
+                .collect()
+        };
+        // One that swings to its end is drawn whole, as is one that rests all along.
+        let swings: Points = (0..=100)
+            .map(|n| (f64::from(n), f64::from(n % 2)))
+            .collect();
+        let rests = vec![(0.0, 1.0), (5.0, 1.0)];
+        for (curve, end) in [(points(1.0), 20.0), (swings, 100.0), (rests, 5.0)] {
+            assert!((settled(&curve) - end).abs() < 1e-9, "{end}");
+        }
+    }
+
+    /// A press with a knock of the contact: the specimen's peak is behind it, and the axis ends a little above.
+    #[test]
+    fn a_knock_is_no_peak_of_the_specimen() {
+        let time_s: Vec<f64> = (0..3000).map(|n| 1e-3 * f64::from(n)).collect();
+        let press = |knock: f64| {
+            let force = |t: &f64| {
+                if (0.5..0.503).contains(t) {
+                    knock
+                } else {
+                    t.min(1.0)
+                }
+            };
+            let curves = Curves {
+                title: "A press".to_owned(),
+                subtitle: String::new(),
+                origin: "simulated",
+                time_s: time_s.clone(),
+                columns: vec![
+                    ("force_n", time_s.iter().map(force).collect()),
+                    ("depth_m", time_s.clone()),
+                    ("reference_m", time_s.clone()),
+                ],
+                drawing: Drawing::Press,
+            };
+            of_run(&curves).expect("draws").svg().to_owned()
+        };
+        let (quiet, knocked) = (press(0.5), press(30.0));
+        assert!(quiet.contains("peak of the specimen") && knocked.contains("peak of the specimen"));
+        // No number of an axis is above 1.3; an arrow says how high the knock is.
+        assert!(
+            knocked.contains(">1.0<") && !knocked.contains(">20<"),
+            "{knocked}"
+        );
+        assert!(knocked.contains("30") && !quiet.contains(">30<"));
     }
 
     /// A relaxation whose run begins below its closed form and passes through zero, and whose error is 0 at places.

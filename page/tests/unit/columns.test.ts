@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { decimate, extent, times, values } from "../../src/columns";
+import { decimate, times, values } from "../../src/columns";
 import type { Frame } from "../../src/frame";
 
 test("each column gives both its ends, gaps stay gaps", () => {
@@ -9,8 +9,11 @@ test("each column gives both its ends, gaps stay gaps", () => {
   assert.deepEqual(values(least, most, 2), [0, 1, 2, 4, null, null, 6, 7]);
   // Falling: the upper end first.
   assert.deepEqual(values(Float32Array.of(2, 0), Float32Array.of(3, 1)), [2, 3, 1, 0]);
-  assert.deepEqual(extent([[null, 2, -1], [5]]), [-1, 5]);
-  assert.equal(extent([[null]]), null);
+  // Behind a peak that is the end of a column, the next column begins at its top.
+  assert.deepEqual(values(Float32Array.of(0, 1), Float32Array.of(4, 3)), [0, 4, 3, 1]);
+  // A depth has the order of its force, of which it has the moments.
+  const [depth, deeper] = [Float32Array.of(5, 8), Float32Array.of(6, 7)];
+  assert.deepEqual(values(depth, deeper, 1, [Float32Array.of(2, 0), Float32Array.of(3, 1)]), [5, 6, 7, 8]);
 });
 
 test("points lie inside their columns, in order", () => {

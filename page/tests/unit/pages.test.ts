@@ -9,7 +9,7 @@ import { wallFile } from "../../src/design-file";
 import { demonstrated } from "../../src/demonstration";
 import { textOf } from "../../src/drop";
 import { csvOf } from "../../src/export";
-import { readable } from "../../src/names";
+import { plotted, readable } from "../../src/names";
 
 test("an experiment file has the keys and floats of the command", () => {
   const text = wallFile({ K: 3000, B: 100, mu: 0.5, T: 1e-3, m: 0.065, b: 3.5, delay: 3e-4, lag: 0, noise: 0, operator: "exact" });
@@ -55,6 +55,8 @@ test("names of channels are read with their units", () => {
   assert.equal(readable("contact_force_n"), "contact force, N");
   assert.equal(readable("dissipation_n_s_mu_per_m"), "dissipation, N·s^μ/m");
   assert.equal(readable("limiter"), "limiter");
+  assert.deepEqual(plotted("position_m"), { name: "position, mm", factor: 1000 });
+  assert.deepEqual(plotted("stiffness_n_per_m"), { name: "stiffness, N/m", factor: 1 });
 });
 
 test("a self-test is shown as a certificate, and nothing else is one", () => {

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from fractional_haptics.experiment import Run
     from fractional_haptics.tissue import Identification
 
-__all__ = ["STYLE", "identification", "quantiles", "regions", "relaxation"]
+__all__ = ["STYLE", "columns", "identification", "quantiles", "regions", "relaxation"]
 
 STYLE: dict[Any, Any] = {
     "axes.prop_cycle": cycler(color=COLOURS),
@@ -109,6 +109,41 @@ def relaxation(run: Run, ax: Axes | None = None) -> Axes:
     if run.against:
         ax.semilogx(run.against["time_s"], run.against["record_force_n"], ".", color=INK, label="record", zorder=1)
     ax.set(xlabel="time / s", ylabel="force on the hand / N", title=str(run.report["tissue"]))
+    ax.legend()
+    return ax
+
+
+def columns(run: Run, *names: str, ax: Axes | None = None) -> Axes:
+    """Columns of a run of any kind over time.
+
+    Parameters
+    ----------
+    run : Run
+        Of ``experiment``.
+    names : str
+        Its columns; none for the second one of the table, and all that share its unit.
+    ax : Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        A run without a table, as one that was cut short.
+    KeyError
+        A name that is none of its columns.
+    """
+    known = [name for name in run.columns if name != "time_s"]
+    if not known or "time_s" not in run.columns:
+        raise ValueError(f"this run of {run.kind} has no table to draw: it was cut short")
+    unit = known[0].rpartition("_")[2]
+    ax = _axes(ax)
+    for name in names or [name for name in known if name.rpartition("_")[2] == unit]:
+        ax.plot(run["time_s"], run[name], label=name)
+    ax.set(xlabel="time / s", title=run.kind)
     ax.legend()
     return ax
 

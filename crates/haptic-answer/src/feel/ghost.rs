@@ -135,6 +135,9 @@ impl Company {
             ghosts[1],
             state.energy_j,
             f64::from(state.limiter),
+            position_m,
+            position_m,
+            position_m,
         ];
         row.map(|number| number as f32)
     }

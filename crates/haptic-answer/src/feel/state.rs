@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 /// The channels of a loop, in the order of its samples.
-pub const CHANNELS: [&str; 7] = [
+pub const CHANNELS: [&str; 10] = [
     "position_m",
     "hand_m",
     "force_n",
@@ -14,7 +14,12 @@ pub const CHANNELS: [&str; 7] = [
     "ghost_a3_n",
     "energy_j",
     "limiter",
+    "position_at_force_m",
+    "position_at_short_m",
+    "position_at_a3_m",
 ];
+/// Places of those that the last ones follow: their columns hold the position at the moments of least and largest force.
+pub(super) const FOLLOWED: [usize; 3] = [2, 3, 4];
 /// Place of the position among them.
 pub const POSITION: usize = 0;
 

@@ -1,8 +1,9 @@
 use super::*;
 use proptest::prelude::*;
 
-const SMALL: PyramidSize = PyramidSize {
+const SMALL: PyramidSize<'static> = PyramidSize {
     channels: 2,
+    follows: &[],
     samples: 64,
     entries: 32,
     coarser: 3,
@@ -107,6 +108,28 @@ fn a_single_peak_is_seen_from_every_distance() {
         assert_eq!(peak, (9.0, -9.0));
         let peaks = have.largest(0).iter().filter(|&&peak| peak > 0.0);
         assert_eq!(peaks.count(), 1, "from {start} in {columns}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_pair_is_two_numbers_of_one_sample(
+        samples in prop::collection::vec([number(), number()], 1..1500),
+        length in 1_u64..1500,
+        columns in 1_u32..100,
+    ) {
+        let mut pyramid = Pyramid::new(PyramidSize { channels: 3, follows: &[1], ..SMALL });
+        for [at, force] in &samples {
+            pyramid.push(&[*at, *force, *at]);
+        }
+        let made = samples.len() as u64;
+        let have = pyramid.columns(ViewSpan::new(made.saturating_sub(length), made, columns));
+        for column in 0..have.count {
+            for (at, force) in [(have.least(2)[column], have.least(1)[column]), (have.largest(2)[column], have.largest(1)[column])] {
+                let pair = |sample: &&[f32; 2]| [sample[0].to_bits(), sample[1].to_bits()] == [at.to_bits(), force.to_bits()];
+                prop_assert!(force.is_nan() || samples.iter().any(|sample| pair(&sample)), "{at} {force}");
+            }
+        }
     }
 }
 

@@ -4,6 +4,10 @@ use haptic_experiment::Failure;
 use haptic_message::{AXES, TickColumn, TickMessage};
 use haptic_quantity::short;
 
+/// Drawn besides: the position where the force is least in a column, and where it is largest.
+const POSITION_AT_FORCE: &str = "position_at_force_m";
+const FORCE: &str = "commanded_force_n";
+
 /// The channels of a log by its number of axes, 1 to 3.
 #[derive(Clone, Debug)]
 pub(super) struct Channels {
@@ -19,6 +23,9 @@ impl Channels {
         if axes > 1 {
             let norm = |tick: &TickMessage| tick.commanded_force_n.norm();
             columns.push(TickColumn::derived("commanded_force_norm_n", norm));
+        } else {
+            let position = |tick: &TickMessage| tick.position_m.iter().sum();
+            columns.push(TickColumn::derived(POSITION_AT_FORCE, position));
         }
         Self { axes, columns }
     }
@@ -27,10 +34,23 @@ impl Channels {
         self.columns.len()
     }
 
-    /// Their names, in the order of a row: `position_x_m`, `position_y_m`, …
-    pub(super) fn names(&self) -> Vec<String> {
+    /// Names of what is drawn, in the order of a row: `position_x_m`, `position_y_m`, …
+    pub(super) fn drawn(&self) -> Vec<String> {
         let columns = self.columns.iter();
         columns.map(|column| column.name.clone()).collect()
+    }
+
+    /// Their names in the log.
+    pub(super) fn names(&self) -> Vec<String> {
+        let mut names = self.drawn();
+        names.retain(|name| name != POSITION_AT_FORCE);
+        names
+    }
+
+    /// The channel that the last of them follows, if one does.
+    pub(super) fn followed(&self) -> Option<usize> {
+        let force = self.columns.iter().position(|column| column.name == FORCE);
+        force.filter(|_| self.axes == 1)
     }
 
     /// The numbers of a tick, one for each name; empty for a tick of another number of axes.
@@ -64,7 +84,7 @@ mod tests {
     fn a_row_has_a_number_for_each_name() {
         for axes in [2, 3] {
             let channels = Channels::of(axes);
-            let names = channels.names();
+            let names = channels.drawn();
             let tick = TickMessage {
                 position_m: PerAxis::new(&[0.1, 0.2, 0.3][..axes]),
                 commanded_force_n: PerAxis::new(&[3.0, 4.0, 0.0][..axes]),
@@ -85,6 +105,6 @@ mod tests {
         }
         let one = Channels::of(1);
         let numbers = one.numbers(&TickMessage::at_rest(1)).count();
-        assert_eq!(one.names().len(), numbers);
+        assert_eq!(one.names().len() + 1, numbers);
     }
 }

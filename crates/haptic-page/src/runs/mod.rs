@@ -149,7 +149,7 @@ impl Runs {
         let shown = |channels: &Channels, pyramid: &Pyramid, sample_time_s| {
             let span = span(pyramid.made().max(1), sample_time_s)?;
             Ok(ShownRun {
-                channels: channels.names(),
+                channels: channels.drawn(),
                 columns: pyramid.columns(span),
                 sample_time_s,
             })

@@ -39,6 +39,7 @@ pub(super) fn pyramid(channels: &Channels, samples: u64) -> Pyramid {
     };
     Pyramid::new(PyramidSize {
         channels: channels.count(),
+        follows: channels.followed().as_slice(),
         samples: up_to(NUMBERS, samples),
         entries: up_to(COARSE_NUMBERS, samples.div_ceil(4)),
         coarser: COARSER,

@@ -375,17 +375,17 @@ impl Judged<'_> {
             let hands = subject.stable_values(AdmittanceNumber::HandStiffness, [0.0, STIFFEST]);
             Ok((spring_n_per_m, hands))
         });
-        let law = self
-            .around
-            .world
-            .as_ref()
-            .filter(|law| law.dissipation.is_none());
+        let spring_n_per_m = match &self.around.world {
+            None => Some(0.0),
+            Some(law) if law.dissipation.is_some() => None,
+            Some(law) => law.stiffness,
+        };
         Ok(StableHands {
             mass_kg: hand.mass_kg,
             damping_n_s_per_m: hand.damping_n_s_per_m,
             springs: springs.collect::<Result<_, Failure>>()?,
             hands_n_per_m: self.around.place.hands[2],
-            spring_n_per_m: law.and_then(|law| law.stiffness),
+            spring_n_per_m,
         })
     }
 }

@@ -158,7 +158,7 @@ pub struct StableHands {
     pub springs: Vec<(f64, Vec<[f64; 2]>)>,
     /// Least and largest stiffness of a hand that were asked for.
     pub hands_n_per_m: [f64; 2],
-    /// The spring that was asked for, if the world is one.
+    /// The spring that was asked for, 0 in free space, if the world is one.
     pub spring_n_per_m: Option<f64>,
 }
 

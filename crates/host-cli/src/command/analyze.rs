@@ -135,7 +135,11 @@ impl Command {
 fn kept<N: Named>(name: &str, asked: WithFiles<N>, output: Output) -> Result<(), Failure> {
     let stem = name.strip_prefix("stability-").unwrap_or(name);
     let outputs = asked.files.look(stem, &[])?;
-    asked.files.pictures.check(|| Some(draw::rehearsed(name)))?;
+    let seeks = !asked.options.leaves_out("best");
+    asked
+        .files
+        .pictures
+        .check(|| Some(draw::rehearsed(name, seeks)))?;
     answer(name, asked.options, Some(outputs), output)
 }
 

@@ -31,7 +31,9 @@ chapters! {
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     an_emulated_device: "emulated-device.md" ["form.md", "emulated-wall/wall.csv"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-    an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
+    an_indenter_held_by_a_controller: "driven-indenter.md" [
+        "driven/relax.png", "bench/relax.png", "bench/relax.mcap", "muscle/relax.against.csv", "muscle/relax.png",
+    ];
     commands_and_exit_codes: "commands.md" ["paper/wall.pdf", "log-log/relax.svg"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "omni-tissue/design.toml"];
@@ -50,10 +52,6 @@ chapters! {
     measure_your_device: "measure-your-device.md" ["device.toml", "device.png", "device.csv"];
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-    the_dissertations_experiment: "dissertation-on-your-bench.md" [
-        "bench/relax.png", "bench/relax.mcap", "muscle/relax.against.csv", "muscle/relax.png",
-    ];
-    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     the_dissertation_one_by_one: "reproduction.md" [
         "3.5/environment.png", "4.3/region.csv", "4.4/zwidth.csv", "4.6/region.csv", "4.7/sensitivity.png", "6/transparency.png",
         "7/relax.png",
@@ -63,9 +61,8 @@ chapters! {
     the_device_as_a_testing_machine: "testing-machine.md" ["pressed/press.csv", "gel.png", "felt/relax.png"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     a_robot_that_you_push: "a-robot-that-you-push.md" ["light/admittance.png", "best/admittance.png"];
-    a_spring_between_motor_and_hand: "series-elastic.md" ["sea/region.png"];
     the_page_in_the_browser: "page.md" [];
-    viscoelastic_models: "models.md" [];
+    passive_models_and_actuators: "models.md" ["sea/region.png"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]

@@ -8,9 +8,11 @@ use haptic_question::analysis::{
     SensitivityPoint, StableBodies, StableHands,
 };
 
-/// The picture of an analysis as it may be, with its panels and without its numbers.
-pub(super) fn rehearsed(name: &str) -> Result<Picture, FigureError> {
+/// The picture of an analysis as it may be, with its panels and without its numbers; it `seeks` the best body or coupler too.
+pub(super) fn rehearsed(name: &str, seeks: bool) -> Result<Picture, FigureError> {
     let captions: &[&str] = match name {
+        "admittance" if !seeks => &["impedance", "stable hands", "stable bodies"],
+        "teleoperation" if !seeks => &["stiffness", "phase"],
         "admittance" => &[
             "impedance",
             "stable hands",
@@ -217,6 +219,23 @@ fn with_areas(
     })
 }
 
+/// Axes that areas fill: an edge where only the search ends is the frame of the picture.
+fn filled<'a>(
+    [x, y]: [AxisSpec<'a>; 2],
+    places: &[(f64, Vec<[f64; 2]>)],
+    floor: f64,
+    own: f64,
+) -> [AxisSpec<'a>; 2] {
+    let ends = places.first().zip(places.last());
+    let heights = places.iter().flat_map(|place| place.1.iter().flatten());
+    let (low, high) = heights.fold((own, own), |(low, high), at| (low.min(*at), high.max(*at)));
+    let low = if low > floor { 0.5 * low } else { floor };
+    [
+        ends.map_or(x, |(first, last)| x.between(first.0, last.0)),
+        if low < high { y.between(low, high) } else { y },
+    ]
+}
+
 /// Stable inertances of the body over its damping, and the body.
 fn stable_bodies(stable: &StableBodies) -> Panel<'static> {
     let label = if stable.order.to_bits() == 1.0_f64.to_bits() {
@@ -224,12 +243,10 @@ fn stable_bodies(stable: &StableBodies) -> Panel<'static> {
     } else {
         "inertance of the body / N·s¹⁺ᵅ·m⁻¹"
     };
-    let panel = Panel::new(
-        "stable bodies",
-        axis("damping of the body / N·s·m⁻¹"),
-        axis(label),
-    );
     let least = stable.body[1] / INERTANCES_BELOW;
+    let axes = [axis("damping of the body / N·s·m⁻¹"), axis(label)];
+    let [x, y] = filled(axes, &stable.dampings, least, stable.body[1]);
+    let panel = Panel::new("stable bodies", x, y);
     let panel = with_areas(panel, &stable.dampings, least);
     let own = Some(stable.body).filter(|[damping, _]| *damping > 0.0);
     panel.with("your body", Look::Markers, 1, own.map(Into::into))
@@ -237,14 +254,26 @@ fn stable_bodies(stable: &StableBodies) -> Panel<'static> {
 
 /// Stable stiffnesses of a hand over the spring that it meets, as areas, and those that were asked for.
 fn stable_hands(stable: &StableHands) -> Panel<'static> {
-    let panel = Panel::new(
-        "stable hands",
+    let [low, high] = stable.hands_n_per_m.map(|hand| hand.max(SOFTEST));
+    let axes = [
         axis("spring of a wall / N·m⁻¹"),
         axis("stiffness of the hand / N·m⁻¹"),
-    );
-    let panel = with_areas(panel, &stable.springs, SOFTEST);
-    let [low, high] = stable.hands_n_per_m.map(|hand| hand.max(SOFTEST));
-    let last = stable.spring_n_per_m.unwrap_or(SOFTEST).max(SOFTEST);
+    ];
+    let [x, y] = filled(axes, &stable.springs, SOFTEST, high);
+    let panel = with_areas(Panel::new("stable hands", x, y), &stable.springs, SOFTEST);
+    // A tissue is at no place between springs: the hands alone are shown.
+    let Some(spring) = stable.spring_n_per_m else {
+        let ends = [stable.springs.first(), stable.springs.last()];
+        let across = |hand: f64| ends.into_iter().flatten().map(move |end| (end.0, hand));
+        let gap = (f64::NAN, f64::NAN);
+        let both = across(low).chain([gap]).chain(across(high));
+        return panel.with("your hands", Look::Dashed, 1, both);
+    };
+    let last = spring.max(SOFTEST);
+    // Free space is left of every spring: a broad line on the edge.
+    if last <= SOFTEST {
+        return panel.with("your hands", Look::Broad, 1, [(last, low), (last, high)]);
+    }
     let asked = [
         (SOFTEST, low),
         (last, low),

@@ -161,10 +161,17 @@ fn draw_of_record(answer: &PlantAnswer, name: &str) -> Result<Picture, FigureErr
         let other = "a second record and the function";
         panels.extend(panels_of(&tried.record, &tried.validation.model, other));
     }
+    let report = &answer.report;
+    let delay = written("delay_s", report.delay_s);
+    let ends = report.delay_low_s.zip(report.delay_high_s);
+    let between = ends.map_or_else(String::new, |ends| {
+        let [low, high] = [ends.0, ends.1].map(|delay_s| written("delay_s", delay_s));
+        format!(" ({low} to {high})")
+    });
     let subtitle = format!(
-        "{} · {} samples\n{}",
+        "{} · {} samples · dead time {delay}{between}\n{}",
         short_name(name),
-        answer.report.samples,
+        report.samples,
         answer.function()
     );
     let title = "A transfer function from a record";
