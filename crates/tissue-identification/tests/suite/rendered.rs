@@ -125,32 +125,6 @@ const FEWEST: [ModelKind; 4] = [
     ModelKind::FractionalZener,
 ];
 
-#[test]
-fn what_was_rendered_is_identified_as_what_it_is() {
-    for (kind, parameters, sample_time_s) in [
-        (ModelKind::SpringPot, &[8650.0, 0.2247][..], 1e-3),
-        (ModelKind::SpringPot, &[52.4, 0.2857], 5e-3),
-        (ModelKind::Spring, &[5550.0], 5e-3),
-        // A spring-pot alone leaves 1 % of the stress.
-        (
-            ModelKind::FractionalMaxwell,
-            &[876e3, 0.675, 22.1e3, 0.11],
-            5e-3,
-        ),
-    ] {
-        let candidates = [&FEWEST[..], &[ModelKind::FractionalMaxwell]].concat();
-        let record = rendered(&model(kind, parameters), sample_time_s);
-        let found = fit(&record, &among(&candidates));
-        assert_eq!(
-            found.fits[0].kind, kind,
-            "{parameters:?} at {sample_time_s}"
-        );
-        if kind == ModelKind::SpringPot {
-            assert_close("order", values(&found)[1], parameters[1], 1e-3);
-        }
-    }
-}
-
 /// Both leave less than any instrument tells, with as many parameters.
 #[test]
 fn of_models_with_the_same_bic_the_closest_comes_first() {
