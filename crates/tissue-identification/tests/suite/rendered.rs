@@ -1,9 +1,9 @@
 //! What the loop rendered is identified as what it was: its errors are those of sampling, no noise.
 
-use super::{among, fit, largest, normal, values};
+use super::{among, fit, largest, normal};
 use fracdiff::Seconds;
 use haptic_tissue::{FullHistory, Library, Model, ModelKind, SampledModel};
-use testkit::{Random, assert_close, assert_relative, tissue::model};
+use testkit::{Random, assert_relative, tissue::model};
 use tissue_identification::{Options, Record};
 
 /// Record as `relax` imposes it: a ramp to 5 % in a second, then held until 4 s, of a tissue that is rendered at this sample time.
