@@ -39,7 +39,7 @@ const NO_FOLDER: &str = "none in this page: `host-cli serve` keeps runs";
 pub enum ToPage {
     /// An answer, or something that was not asked for.
     Text(String),
-    /// A picture.
+    /// A picture of the loop, byte by byte as the protocol says.
     Frame(Vec<u8>),
 }
 

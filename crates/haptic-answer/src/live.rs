@@ -221,9 +221,9 @@ fn framed(
 /// The answer to a view of the loop: one frame, or those that follow.
 #[derive(Debug)]
 pub enum ShownLoop {
-    /// One frame.
+    /// One frame, which is the whole answer.
     Frame(Vec<u8>),
-    /// The live view.
+    /// The live view, which sends frames until another is asked for.
     Live(LiveView),
 }
 

@@ -56,7 +56,7 @@ exported! {
         heard(|desk, text| if let Some(server) = &mut desk.server { server.hear(&text); });
     }
 
-    /// The message acknowledges frames.
+    /// The message that was put in acknowledges frames.
     fn hear_bytes() {
         with(|desk| if let Some(server) = &mut desk.server { server.hear_bytes(&desk.message); });
     }
@@ -89,7 +89,7 @@ exported! {
         with(|desk| desk.message.as_ptr())
     }
 
-    /// Its bytes.
+    /// Length of that message in bytes.
     fn taken_bytes() -> usize {
         with(|desk| desk.message.len())
     }

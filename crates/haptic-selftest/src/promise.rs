@@ -108,7 +108,6 @@ impl fmt::Debug for Attendant<'_> {
     }
 }
 
-/// Names of the axes.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 enumerated! {

@@ -1,13 +1,13 @@
 //! Functions found again from records of them.
 
-use crate::fixture::{Draw, bdf2, near, states};
+use crate::fixture::{Draw, bdf2, near};
 use control_identification::autoregression::Autoregression;
 use control_identification::{
     DeadTime, InputOutputRecord, StartState, WholeShape, identify, identify_coefficients,
     whole_guess,
 };
 use fracdiff::Seconds;
-use fractional_control::{FractionalTransferFunction, HeldPlant, Plant, respond, step_response};
+use fractional_control::{FractionalTransferFunction, respond, step_response};
 use testkit::{assert_close, assert_refused, assert_relative};
 
 fn function(text: &str) -> FractionalTransferFunction {
@@ -105,25 +105,6 @@ fn noise_is_answered_with_errors_that_cover_the_truth() {
 }
 
 #[test]
-fn a_record_of_a_held_command_needs_no_correction_by_hand() {
-    let states = states([[-0.5]], [1.5], [1.0]);
-    let t = Seconds(0.1);
-    let memory = bdf2(1e-8, 40.0);
-    let plant = Plant::state_space(states, 0.0).expect("valid");
-    let plant = HeldPlant::new(&plant, memory, t).expect("valid");
-    let input: Vec<f64> = (0..300)
-        .map(|n| if (n / 37) % 2 == 0 { 1.0 } else { -0.5 })
-        .collect();
-    let mut state = plant.at_rest();
-    let y: Vec<f64> = input.iter().map(|u| plant.step(&mut state, *u)).collect();
-    let found = identify(&function("1/(s^0.8+1)"), &record(t.0, &input, &y)).expect("found");
-    // 1.5/(s + 0.5) = 3/(2s + 1)
-    let term = found.function.denominator().terms()[0];
-    assert_close("order", term.order, 1.0, 2e-3);
-    assert_close("time", term.coefficient, 2.0, 0.01);
-}
-
-#[test]
 fn a_record_that_is_none_is_refused() {
     let guess = function("1/(s+1)");
     let refused = |input: &[f64], output: &[f64]| {
@@ -181,33 +162,6 @@ fn poles(poles: usize) -> WholeShape {
         poles,
         zeros: 0,
         integrators: 0,
-    }
-}
-
-/// Noise of a tenth of the step: numbers within four standard errors of the truth, a swing of many turns among them.
-#[test]
-fn whole_orders_are_found_in_noise() {
-    let t = 0.05;
-    let step = swing(-0.05, 3.0);
-    let y: Vec<f64> = (0..1000)
-        .zip(noise(1000))
-        .map(|(n, noise)| step(f64::from(n) * t) + 0.1 * noise)
-        .collect();
-    let record = step_of(t, &y);
-    let guess = whole_guess(&record, poles(2)).expect("a guess");
-    let found = identify_coefficients(&guess.function, &record).expect("found");
-    assert_close("residual", found.rms_residual, 0.1, 0.01);
-    let b = 9.0025;
-    let (gain, first) = lag(&found.function);
-    let have = [
-        gain,
-        first,
-        found.function.denominator().terms()[1].coefficient,
-    ];
-    let want = [1.0, 1.0 / b, 0.1 / b];
-    for ((have, want), (_, error)) in have.iter().zip(want).zip(&found.standard_errors) {
-        assert_relative("number", *have, want, 4.0 * error);
-        assert!(*error < 0.05, "{error}");
     }
 }
 

@@ -1,132 +1,13 @@
 //! Records of plants whose function is known: a dead time, growth, swings, powers of s, and the example of others.
 
-use crate::fixture::{Draw, bdf2, near, normal, record, searched};
+use crate::fixture::{Draw, bdf2, normal};
 use control_identification::autoregression::Autoregression;
-use control_identification::model_search::InputOutput;
 use control_identification::{
     DeadTime, InputOutputRecord, StartState, identify, identify_coefficients,
 };
 use fracdiff::Seconds;
-use fractional_control::run::run_plant;
-use fractional_control::{FractionalTransferFunction, Plant, respond};
+use fractional_control::{FractionalTransferFunction, respond};
 use testkit::{assert_close, assert_relative};
-
-#[test]
-fn a_record_with_a_dead_time_gives_its_plant_back() {
-    let t = 0.1;
-    let truth = "exp(-0.25s)*2/(3s^0.8+1)"
-        .parse::<Plant>()
-        .expect("a plant");
-    let input: Vec<f64> = (0..400).map(|n| if n < 200 { 1.0 } else { -0.5 }).collect();
-    let response = run_plant(&truth, Seconds(t), &input).expect("runs");
-    let mut record = record(t, input, response.measured);
-    let behind = |dead_time| searched(&record, dead_time);
-    for known in [Some(Seconds(0.25)), None] {
-        let found = behind(known).expect("found");
-        let best = found[0].identified.function;
-        let (above, below) = (best.numerator().terms(), best.denominator().terms());
-        assert_close("gain", above[0].coefficient, 2.0, 0.02);
-        assert_close("time", below[0].coefficient, 3.0, 0.03);
-        assert_close("order", below[0].order, 0.8, 0.005);
-        let dead_time_s = found[0].identified.dead_time.seconds();
-        assert_close("dead time", dead_time_s, 0.25, 0.01);
-    }
-    assert!(behind(Some(Seconds(-1.0))).is_err() && behind(Some(Seconds(99.0))).is_err());
-    record.subtract_start();
-    assert_eq!(record.input[0], 0.0);
-}
-
-/// The best function of a record.
-fn found(record: &InputOutput) -> FractionalTransferFunction {
-    let found = searched(record, Some(Seconds(0.0)));
-    found.expect("found")[0].identified.function
-}
-
-/// y for a step from rest, and the function that made it.
-fn growing(output: impl Fn(f64) -> f64) -> InputOutput {
-    let time_s: Vec<f64> = (0..400).map(|n| f64::from(n) * 0.01).collect();
-    InputOutput {
-        input: vec![1.0; time_s.len()],
-        output: time_s.iter().map(|t| output(*t)).collect(),
-        time_s,
-        ..InputOutput::default()
-    }
-}
-
-/// 1/(s − 1), 2/s, 1/(s(0.5s + 1)), 1/s²: each by its closed form, exact but for the rule of the model.
-#[test]
-fn a_record_that_grows_gives_its_plant_back() {
-    let unstable = found(&growing(|t| t.exp_m1()));
-    assert_eq!(unstable.unstable_poles(), Some(1), "{unstable}");
-    let [first, last] = unstable.denominator().terms() else {
-        panic!("{unstable}");
-    };
-    let gain = unstable.numerator().terms()[0].coefficient;
-    assert!(
-        near(first.coefficient, 1.0, 1e-2) && last.coefficient < 0.0,
-        "{unstable}"
-    );
-    assert!(near(gain, 1.0, 1e-2), "{unstable}");
-    let adds = found(&growing(|t| 2.0 * t));
-    assert_eq!(
-        (adds.unstable_poles(), adds.denominator().terms().len()),
-        (None, 1),
-        "{adds}"
-    );
-    assert!(
-        near(adds.numerator().terms()[0].coefficient, 2.0, 1e-3),
-        "{adds}"
-    );
-    let late = found(&growing(|t| t + 0.5 * (-2.0 * t).exp_m1()));
-    assert!(near(late.denominator().lowest(), 1.0, 0.01), "{late}");
-    assert!(
-        near(late.response(2.0).norm(), 0.5 / 2f64.sqrt(), 5e-3),
-        "{late}"
-    );
-    let twice = found(&growing(|t| 0.5 * t * t));
-    assert!(near(twice.denominator().lowest(), 2.0, 0.01), "{twice}");
-}
-
-/// Steps of b/(s² − 2rs + b), b = r² + 9: one grows, one swings long, one for ever. Noise may be a tenth of it.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_swing_gives_its_plant_back() {
-    for (rate, noise, poles) in [
-        (0.2, 0.0, Some(2)),
-        (-0.01, 0.0, Some(0)),
-        (0.0, 0.0, None),
-        (-0.1, 0.1, Some(0)),
-    ] {
-        let step =
-            |t: f64| 1.0 - f64::exp(rate * t) * ((3.0 * t).cos() - rate / 3.0 * (3.0 * t).sin());
-        let mut record = growing(|t| step(10.0 * t));
-        record.time_s.iter_mut().for_each(|t| *t *= 10.0);
-        // Numbers of a golden section, evenly spread.
-        for (n, y) in record.output.iter_mut().enumerate() {
-            *y += noise * ((n as f64 * 0.618_033_988_75 * (1.0 + n as f64 * 0.01)).fract() - 0.5);
-        }
-        let found = searched(&record, None).expect("found");
-        let best = &found[0].identified;
-        assert_eq!(best.function.unstable_poles(), poles, "{}", best.function);
-        assert_eq!(best.function.denominator().lowest(), 0.0);
-        let b = rate * rate + 9.0;
-        let most = if noise > 0.0 { 0.02 } else { 1e-6 };
-        let stiff = best.function.denominator().terms()[0].coefficient;
-        assert!((stiff * b - 1.0).abs() < most, "{rate}: {}", best.function);
-        assert!(1.0 - best.fit < most, "{rate}: {}", best.fit);
-    }
-}
-
-/// A record that ends early is no record that grows: the slow plant stays the best.
-#[test]
-fn a_slow_plant_is_not_taken_for_one_that_adds_up() {
-    let best = found(&growing(|t| 1.0 - (-t / 3.0).exp()));
-    assert_eq!(best.unstable_poles(), Some(0), "{best}");
-    assert!(
-        near(best.denominator().terms()[0].coefficient, 3.0, 0.02),
-        "{best}"
-    );
-}
 
 /// A held input that jumps at random, and the output by the exact step response: the function is found, whatever the rule makes of so few samples.
 #[test]

@@ -104,35 +104,6 @@ fn a_heater_from_room_temperature_is_a_lag_that_comes_to_rest() {
     }
 }
 
-/// What a log of 21 s at 1 s shows of a plant that is at its offset in the first row and is fed 40 from the second on.
-fn short_log(random: &mut Random, deviation: f64, rises: impl Fn(f64) -> f64) -> InputOutput {
-    let output = (0..21).map(|n| {
-        let since = f64::from(n) - 1.0;
-        21.0 + 40.0 * rises(since.max(0.0)) + noise(random, deviation)
-    });
-    let input = (0..21).map(|n| if n == 0 { 0.0 } else { 40.0 });
-    record(1.0, input.collect(), output.collect())
-}
-
-/// The beginning of a lag of 150 s in noise of a fifth of its rise: no such record tells a lag that is as slow as itself from an integrator, and no
-/// candidate grows.
-#[test]
-fn a_short_log_in_noise_gains_no_integrator() {
-    for seed in 0..6 {
-        let mut random = Random(seed + 4_100);
-        let late = |t: f64| 0.6 * -libm::expm1(-(t - 5.0).max(0.0) / 150.0);
-        let found = found(&mut short_log(&mut random, 0.4, late));
-        let best = found[0].identified.function;
-        assert_eq!(best.unstable_poles(), Some(0), "{seed}: {best}");
-        for candidate in found {
-            let function = candidate.identified.function;
-            let what = format!("{seed}: {function}");
-            assert!(function.unstable_poles().unwrap_or(0) == 0, "{what}");
-            assert!(function.denominator().lowest() < 1.5, "{what}");
-        }
-    }
-}
-
 /// Noise whose neighbours are alike says less than its samples: what a larger function explains of it is no dynamics.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -154,19 +125,6 @@ fn noise_that_is_alike_asks_for_no_larger_function() {
         larger += usize::from(is_larger);
     }
     assert!(larger <= 1, "{larger} of 4 are of a larger function");
-}
-
-/// One that adds up does so where the record can tell.
-#[test]
-fn a_short_log_keeps_the_integrator_that_it_shows() {
-    for seed in 0..4 {
-        let mut random = Random(seed + 4_200);
-        let best = &found(&mut short_log(&mut random, 0.05, |t| 0.004 * t))[0];
-        let what = format!("{seed}: {}", best.identified.function);
-        let below = best.identified.function.denominator();
-        assert_close(&what, below.lowest(), 1.0, 0.0);
-        assert_close(&what, below.degree(), 1.0, 0.0);
-    }
 }
 
 /// A step test whose recorder was switched on before the step: the step is what moves the output, and not the input from 0.

@@ -103,20 +103,6 @@ fn the_reason_of_a_very_late_loop_is_the_dead_time() {
     assert!(few < Some(10) && many > Some(1500), "{few:?} {many:?}");
 }
 
-/// The memory of 200 s is the controller's of 1 ms; a loop of whole orders has none. 4(s + 1/1000)/s on 1/(1000s + 1) is 1/(250s).
-#[test]
-fn a_slow_loop_of_whole_orders_has_its_delay_margin() {
-    let delay = |order: f64| {
-        let setup = ControllerSetup::new(pi(4.0, 4e-3, order), Seconds(1e-3));
-        let analysis = analyse(&setup, &plant("1/(1000s+1)")).expect("a loop");
-        analysis.margins.delay_s.map(|delay| delay.value)
-    };
-    let whole = delay(1.0).expect("whole");
-    assert_relative("whole", whole, 125.0 * core::f64::consts::PI, 1e-5);
-    // With s^0.9 what is slower than the memory is left out.
-    assert_eq!(delay(0.9), None);
-}
-
 /// Half an integrator at T = 1 s is lost at a gain of about 1.1, half the sample rate, which the rule of its samples does not see.
 #[test]
 fn the_verdict_on_a_fractional_plant_is_not_that_of_its_rule() {

@@ -1,6 +1,6 @@
 //! The coupled port against 50 digits (`tests/golden/make_coupling_golden.py`), brute force and Corollary 2.
 
-use fracdiff::{ExactDifference, FrequencyResponse, MuirPolynomial, Scheme, Seconds};
+use fracdiff::{FrequencyResponse, MuirPolynomial, Scheme, Seconds};
 use haptic_analysis::{Coupler, LeastDamping};
 use num_complex::Complex;
 use proptest::prelude::*;
@@ -54,35 +54,6 @@ fn least_damping_agrees_with_50_digits() {
 fn admittance(mu: f64, k: f64, b: f64, t: f64, theta: f64) -> Complex<f64> {
     let v = 1.0 - Complex::from_polar(1.0, -theta);
     1.0 / ((t / v).powf(mu) * b + k)
-}
-
-/// The criterion as printed, with complex arithmetic, on 400 000 equal steps of (0, π).
-fn brute_force(z: impl Fn(Complex<f64>) -> Complex<f64>) -> f64 {
-    let values = (400..400_000).map(|i| {
-        let theta = PI * f64::from(i) / 400_000.0;
-        let w = Complex::from_polar(1.0, -theta);
-        let product = -(1.0 + w) * 0.5;
-        (product.norm() + product.re) / (2.0 * (1.0 / z(w)).re)
-    });
-    values.fold(f64::NEG_INFINITY, f64::max)
-}
-
-#[test]
-fn least_damping_agrees_with_a_dense_search() {
-    for (mu, k, b) in [
-        (0.0, 1.0, 2.0),
-        (0.3, 0.1, 4.0),
-        (0.5, 0.0, 10.0),
-        (0.8, 0.5, 300.0),
-        (1.0, 3.0, 1000.0),
-    ] {
-        let want = brute_force(|w| k + b * T.powf(mu) * (1.0 - w).powf(-mu));
-        assert_relative(&format!("μ {mu}"), enough(&coupler(mu, k, b)), want, 1e-9);
-        // The same through the operator's response.
-        let operator = ExactDifference(order(mu));
-        let same = coupler(mu, k, b).with_operator(&operator, 1);
-        assert_relative(&format!("operator, μ {mu}"), enough(&same), want, 1e-9);
-    }
 }
 
 #[test]

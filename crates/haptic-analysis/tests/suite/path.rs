@@ -1,13 +1,8 @@
 //! Delay that is no whole number of samples, and a current lag: the sampled plant against thirty digits,
 //! plants from matrices, and verdicts that must agree.
 
-use fracdiff::Order;
-use haptic_analysis::{
-    Dynamics, ForcePath, SampledLoop, SampledPlant, SampledWall, StabilityRegion,
-};
+use haptic_analysis::{Dynamics, ForcePath, SampledLoop, SampledPlant, StabilityRegion};
 use nalgebra::DMatrix;
-use num_complex::Complex;
-use std::f64::consts::PI;
 use testkit::operator::{operator, path};
 use testkit::{Random, assert_close, assert_relative, golden};
 
@@ -306,100 +301,4 @@ fn regions_behind_delay_and_lag_agree_with_verdicts_on_both_sides_of_the_boundar
         }
     }
     assert!(checked > 4000, "{checked}");
-}
-
-#[test]
-fn the_region_changes_steadily_with_the_delay_from_one_whole_sample_to_the_next() {
-    let operator = operator("exact", 1.0);
-    let largest = |delay: f64| {
-        let plant = SampledPlant::behind(0.0, 0.0, path(delay, 0.0)).expect("in range");
-        let region = StabilityRegion::new(plant, &operator, 0, 400).expect("closes");
-        region.bounded().expect("not empty").alpha_max
-    };
-    // The anchors at whole samples, and no step beside them.
-    let anchor = 12.0 - 8.0 * 2_f64.sqrt();
-    for (delay, want) in [(0.0, anchor), (1.0, 0.144_47), (2.0, 0.062_43)] {
-        assert_close("largest(delay)", largest(delay), want, 5e-6);
-        let change = largest(delay + 1e-6) - largest(delay);
-        assert!(change.abs() < 1e-5, "{delay}");
-    }
-    assert_close(
-        "largest(1.0 - 1e-6)",
-        largest(1.0 - 1e-6),
-        largest(1.0),
-        1e-5,
-    );
-    let delays = (0..=40).map(|k| largest(0.05 * f64::from(k)));
-    let values: Vec<f64> = delays.collect();
-    assert!(values.is_sorted_by(|a, b| b < a), "{values:?}");
-}
-
-#[test]
-fn margins_behind_delay_and_lag_are_where_verdicts_change() {
-    let mut random = Random(23);
-    let mut checked = 0;
-    for case in 0..200 {
-        let order = Order::new(random.between(0.0, 2.0)).expect("in range");
-        let operator = operator(["exact", "muir:3", "full:1e-3"][case % 3], order.get());
-        let t = 1e-3;
-        let device = Dynamics {
-            mass_kg: 0.1,
-            damping_n_s_per_m: random.between(0.0, 20.0),
-            hand_stiffness_n_per_m: random.between(0.0, 500.0),
-            delay_s: t * random.between(0.0, 3.0),
-            current_lag_s: t * random.between(0.0, 3.0),
-        };
-        let wall = |gain: f64| SampledWall {
-            stiffness_n_per_m: gain * 1500.0,
-            dissipation_n_s_mu_per_m: gain * 20.0 * t.powf(order.get() - 1.0),
-            order,
-            sample_time_s: t,
-        };
-        let closed = |gain, device: &Dynamics| device.closed(&wall(gain), &operator);
-        let stable = |gain, device: &Dynamics| closed(gain, device).expect("in range").is_stable();
-        if !stable(1.0, &device) {
-            continue;
-        }
-        let margins = closed(1.0, &device).expect("in range").margins();
-        let margins = margins.expect("stable");
-        if let Some(up) = margins.gain_up {
-            assert!(stable(1.0 + 0.999 * (up.value - 1.0), &device), "{up:?}");
-            assert!(!stable(up.value * (1.0 + 1e-6), &device), "{up:?}");
-        }
-        let delay = margins.delay.expect("some delay is too much");
-        let late = |share: f64| Dynamics {
-            delay_s: device.delay_s + share * t * delay.value,
-            ..device
-        };
-        assert!(stable(1.0, &late(0.999)), "{delay:?}");
-        assert!(!stable(1.0, &late(1.001)), "{delay:?}");
-        checked += 1;
-    }
-    assert!(checked > 50, "{checked}");
-}
-
-/// A ring of n states, each fed by the one before: sⁿ = −1. QR leaves such a matrix as it is.
-#[test]
-fn a_plant_whose_matrix_is_cyclic_is_sampled() {
-    for n in 3..=8_usize {
-        let mut a = vec![0.0; n * n];
-        (1..n).for_each(|row| a[row * n + row - 1] = 1.0);
-        a[n - 1] = -1.0;
-        let (mut b, mut c) = (vec![0.0; n], vec![0.0; n]);
-        (b[0], c[n - 1]) = (1.0, 1.0);
-        let plant = SampledPlant::linear(&a, &b, &c, 0.5, 1.0, path(0.0, 0.0)).expect("sampled");
-        // Π (1 − e^(sT)w)
-        let mut want = vec![Complex::new(1.0, 0.0)];
-        for k in 0..n {
-            let pole = Complex::from_polar(0.5, PI * (2 * k + 1) as f64 / n as f64).exp();
-            want.push(Complex::new(0.0, 0.0));
-            for j in (1..want.len()).rev() {
-                let before = want[j - 1];
-                want[j] -= before * pole;
-            }
-        }
-        for (have, want) in plant.denominator().iter().zip(&want) {
-            assert!((want - have).norm() < 1e-12, "{n}: {have} {want}");
-        }
-    }
 }

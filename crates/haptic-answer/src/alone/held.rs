@@ -17,7 +17,6 @@ use std::sync::atomic::Ordering;
 /// Ticks that are made at a time, at most: those of a page that was hidden for longer are left out.
 const AT_A_TIME: u64 = 250;
 
-/// A loop at work.
 #[derive(Debug)]
 pub(super) struct HeldLoop {
     pub(super) felt: JudgedFeel,

@@ -1,30 +1,25 @@
 //! The Inverse3 behind the device's side of the link, on the emulated service: in virtual time, and over sockets as far as time does not
 //! matter.
 
-use fracdiff::{Scheme, Seconds};
 use haptic_devices::ForeignName;
 use haptic_devices::inverse3::{
     InTime, Inverse3, Inverse3Name, Inverse3OpenError, Inverse3Trouble,
 };
+use haptic_emulator::AtLine as _;
 use haptic_emulator::inverse3::{Body, Connection, Hand, SILENCE_US, Service, serve};
-use haptic_emulator::{AtLine as _, NearLine};
 use haptic_link::{
     Configuration, Limits, LoopMode, NOT_TAKEN, OperatorShape, Start, State, UNANSWERED,
 };
-use haptic_loop::units::Metres;
-use haptic_loop::{Ball, Contact, Environment, Fault, Shape, SpringDamper};
-use haptic_remote::serial::{
-    Companions, DeviceMessage, DeviceTime, SerialLink, Served, ServedHardware as _,
-};
-use haptic_remote::{Hardware as _, TickSide, prepare, wire_surface};
-use nalgebra::{SVector, Vector3};
+use haptic_loop::Fault;
+use haptic_remote::serial::ServedHardware as _;
+use haptic_remote::{Hardware as _, TickSide, prepare};
+use nalgebra::Vector3;
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Result, Write};
 use std::net::TcpListener;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
-use std::time::Duration;
-use testkit::{assert_close, assert_refused, assert_says, operator::order};
+use testkit::{assert_close, assert_refused, assert_says};
 
 const ID: &str = "04BA";
 const STIFFNESS: f32 = 100.0;
@@ -295,97 +290,6 @@ fn each_answer_that_is_late_is_flagged_and_counted_and_no_force_waits_in_a_queue
     assert_eq!(sent, 1000);
     assert!((1999..=2000).contains(&flagged[0]), "{flagged:?}");
     assert!((1998..=2000).contains(&flagged[1]), "{flagged:?}");
-}
-
-/// A ball of tissue with a memory, below the middle of the workspace.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
-    const WATCHDOG: Duration = Duration::from_secs(1);
-    let (k, b) = (100.0, 5.0);
-    for period_us in [1000, 250] {
-        let t = Seconds(1e-6 * f64::from(period_us));
-        let scheme: Scheme = "full:1e-6".parse().expect("a scheme");
-        let operator = scheme
-            .build::<f32>(order(0.5), t, 1e4)
-            .expect("an operator");
-        let centre = [0.001, -0.002, -0.024];
-        let ball = |centre: [f64; 3]| Ball::solid(centre.map(Metres), Metres(0.02));
-        let shape = Shape::<f64, 3>::Ball(ball(centre).expect("a ball"));
-        let (form, values) = haptic_remote::operator_shape(&operator).expect("portable");
-        let configuration = Configuration {
-            tick_period_us: period_us,
-            stiffness_n_per_m: k as f32,
-            dissipation_n_s_mu_per_m: b as f32,
-            order: 0.5,
-            one_sided: true,
-            operator: form,
-            limits: Limits {
-                force_n: 2.0,
-                watchdog_ms: 1000,
-                late_ticks: 0,
-                rise_time_s: 0.0,
-                ..Limits::DEFAULT
-            },
-            ..Configuration::PASSIVE
-        };
-        let service = service([ID], Hand::Strokes);
-        let connection = Connection::new(Arc::new(Mutex::new(service)));
-        let time = DeviceTime::default();
-        let line = NearLine::new(Arc::new(Mutex::new(connection)), time.clone());
-        let name = Inverse3Name::parse("").expect("a name");
-        let (device, _) = Inverse3::<_, 3>::greet(line, &name, || false).expect("opens");
-        let served = Served::in_its_own_time(device, time).expect("serves");
-        let mut link = SerialLink::to_served(served, "inverse3:emulated").expect("answers");
-        // The limits last, so that the run has them.
-        link.set(
-            Configuration {
-                limits: configuration.limits,
-                ..Configuration::PASSIVE
-            },
-            &[0.0],
-        )
-        .expect("good");
-        let surface = wire_surface(&shape);
-        let companions = Companions {
-            surface: Some(&surface),
-            ..Companions::default()
-        };
-        link.set_run(configuration, &values, companions)
-            .expect("good");
-        link.arm(WATCHDOG).expect("arms");
-        let ticks = 1_500_000 / period_us;
-        link.start(Start {
-            ticks,
-            ..Start::ENDLESS
-        })
-        .expect("starts");
-        let ball = Ball::<f32, 3>::solid(centre.map(Metres), Metres(0.02));
-        let law = SpringDamper::new(k, b, operator).expect("a law");
-        let contact = Contact::behind(Shape::<f32, 3>::Ball(ball.expect("a ball")), law);
-        let mut history = Environment::<f32, 3>::at_rest(&contact);
-        let (mut next, mut largest_n) = (0, 0.0_f32);
-        while next < ticks {
-            let heard = link.hear(testkit::PATIENCE).expect("something");
-            let DeviceMessage::Sample(sample) = heard else {
-                assert!(matches!(heard, DeviceMessage::Event(_)), "{heard:?}");
-                continue;
-            };
-            assert_eq!(sample.tick, next, "none is lost");
-            let position_m = SVector::from_fn(|axis, _| sample.axes[axis].position_m);
-            let want: SVector<f32, 3> = contact.force(&history, &position_m);
-            for (axis, want) in sample.axes.iter().zip(&want) {
-                assert_eq!((axis.limiters, axis.flaws), (0, 0), "tick {next}");
-                assert_eq!(axis.force_n.to_bits(), want.to_bits(), "tick {next}");
-            }
-            contact.advance(&mut history, &position_m);
-            largest_n = largest_n.max(want.norm());
-            next += 1;
-        }
-        assert!(largest_n > 0.2, "{largest_n} N");
-        let statistics = link.statistics().expect("answers");
-        assert_eq!((statistics.unanswered, statistics.forces_not_taken), (0, 0));
-    }
 }
 
 /// Bytes of answers that are damaged at random end the run or do no harm; never a force beyond the limit.

@@ -105,10 +105,6 @@ impl Experiment for Indentation {
         self.actuator.sample_time.0
     }
 
-    fn axes(&self) -> usize {
-        1
-    }
-
     fn metadata(&self) -> BTreeMap<String, String> {
         let kind = match self.load {
             RigDrive::Position(_) => "relax",
@@ -143,10 +139,6 @@ impl Experiment for Indentation {
         let ran = self.record(watched)?;
         let (report, curves) = self.report(&ran)?;
         Ok(Published::new(report, curves, ran))
-    }
-
-    fn check_start(&self) -> Result<(), Failure> {
-        Ok(())
     }
 
     /// The controller of a drive is looked at wherever it runs.

@@ -83,7 +83,9 @@ pub(crate) trait Experiment: Any + Debug + Send + Sync {
 
     fn sample_time_s(&self) -> f64;
 
-    fn axes(&self) -> usize;
+    fn axes(&self) -> usize {
+        1
+    }
 
     /// Metadata for the log of its run, which overrides its document.
     fn metadata(&self) -> BTreeMap<String, String>;
@@ -105,8 +107,12 @@ pub(crate) trait Experiment: Any + Debug + Send + Sync {
     }
 
     /// Refuses a simulated hand that begins inside the shape that it touches.
-    fn check_start(&self) -> Result<(), Failure>;
+    fn check_start(&self) -> Result<(), Failure> {
+        Ok(())
+    }
 
     /// True if the pre-flight may refuse it on the simulated device too.
-    fn may_be_refused(&self) -> bool;
+    fn may_be_refused(&self) -> bool {
+        false
+    }
 }

@@ -150,10 +150,6 @@ impl Experiment for Press {
         self.device.sample_time.0
     }
 
-    fn axes(&self) -> usize {
-        1
-    }
-
     fn metadata(&self) -> BTreeMap<String, String> {
         let mut metadata = metadata("press", &self.conduct, Scheme::Exact, &self.safety);
         let files = [
@@ -179,10 +175,6 @@ impl Experiment for Press {
         };
         let (report, curves) = self.report(&ran)?;
         Ok(Published::new(report, curves, ran))
-    }
-
-    fn check_start(&self) -> Result<(), Failure> {
-        Ok(())
     }
 
     fn may_be_refused(&self) -> bool {

@@ -122,58 +122,6 @@ fn short(order: f64, length: usize, w: Complex<f64>) -> Complex<f64> {
     sum * T.powf(-order)
 }
 
-/// theory.md, 30: E₀ 200 N/m beside E₁ 800 N/m in series with a spring-pot, τ 50 ms; N·s/m, worst at θ = π.
-#[test]
-fn the_damping_that_a_fractional_solid_needs_is_that_of_the_theory() {
-    let solid = |order: f64| {
-        let viscosity = 800.0 * 0.05_f64.powf(order);
-        if order < 1.0 {
-            TissueFile::of(
-                ModelKind::FractionalZener,
-                &[viscosity, order, 800.0, 0.0, 200.0],
-            )
-        } else {
-            TissueFile::of(ModelKind::Zener, &[200.0, 800.0, viscosity])
-        }
-    };
-    for (order, length, wanted) in [
-        (0.2, 2, 0.389627),
-        (0.2, 10, 0.386512),
-        (0.2, 100, 0.386126),
-        (0.6, 2, 0.477440),
-        (0.6, 10, 0.476316),
-        (0.6, 100, 0.476261),
-        (0.9, 2, 0.493869),
-        (0.9, 10, 0.493762),
-        (0.9, 100, 0.493759),
-        (1.0, 2, 0.496040),
-        (1.0, 10, 0.496040),
-    ] {
-        let report = solid(order).ask(
-            "analyze-passivity",
-            &format!("mass_kg = 1\nscheme = \"grunwald:{length}\""),
-        );
-        let found = number(&report, "required_damping_n_s_per_m");
-        assert!((found - wanted).abs() < 1e-6, "{order} {length}: {found}");
-        has(&report, "worst_theta", PI, 1e-9);
-    }
-    for (order, wanted) in [
-        (0.2, 0.386101),
-        (0.6, 0.476260),
-        (0.9, 0.493759),
-        (1.0, 0.496040),
-    ] {
-        let report = solid(order).ask("analyze-passivity", "mass_kg = 1\nscheme = \"full:1e-9\"");
-        let found = number(&report, "required_damping_n_s_per_m");
-        assert!((found - wanted).abs() < 1e-6, "{order}: {found}");
-    }
-    // With an odd number of weights the worst frequency lies inside.
-    let report = solid(0.1).ask("analyze-passivity", "mass_kg = 1\nscheme = \"grunwald:3\"");
-    let found = number(&report, "required_damping_n_s_per_m");
-    assert_close("found", found, 0.344383, 1e-6);
-    assert_close("value", number(&report, "worst_theta"), 2.498, 1e-3);
-}
-
 /// Two spring-pots and a spring, as a model's numbers stand: sizes between these, β up to this, α above it.
 fn composed(random: &mut Random, [low, high]: [f64; 2], most: f64) -> [f64; 5] {
     let [first, second, spring] = [(); 3].map(|()| random.log_between(low, high));
@@ -776,27 +724,6 @@ fn a_composed_tissue_grows_up_to_what_the_sums_of_its_model_say() {
         has(&report, "analysis_scale", margin, 1e-5);
         has(&report, "largest_scale", margin, 0.05);
         assert_eq!(report["disagreements"], 0, "{report}");
-    }
-}
-
-/// K + B·D^μ, whether a specimen or a PD^μ says it, in each rule.
-#[test]
-fn a_controller_of_a_spring_and_a_derivative_grows_as_far_as_a_specimen() {
-    for (order, scheme) in [(1.0, "full"), (0.3, "full:1e-9"), (0.3, "full-bdf2:1e-9")] {
-        let law = format!(
-            "[pid]\nproportional_gain = 300\nintegral_gain_per_s_lambda = 0\nintegral_order = 1\nderivative_gain_s_mu = 40\nderivative_order = {order}\n"
-        );
-        let keys = format!("{DEVICE}hand_stiffness_n_per_m = 50\nduration_s = 2\n");
-        let by_controller = ControllerFile::of(&law, scheme).ask("zwidth", &keys);
-        let keys = format!("{keys}scheme = \"{scheme}\"\n");
-        let by_tissue = pot(300.0, 40.0, order).ask("zwidth", &keys);
-        // Both are bisected to 2e-4.
-        for (key, tolerance) in [("largest_scale", 4e-4), ("analysis_scale", 1e-6)] {
-            let [found, wanted] = [&by_controller, &by_tissue].map(|report| number(report, key));
-            assert_relative(key, found, wanted, tolerance);
-        }
-        assert_eq!(by_controller["disagreements"], by_tissue["disagreements"]);
-        assert_eq!(by_controller["scheme"], by_tissue["scheme"]);
     }
 }
 

@@ -23,7 +23,6 @@ pub(crate) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
     haptic_answer::form::document(kind, &of_kind(kind), parameters, &FILES)
 }
 
-/// Files of this machine.
 pub(crate) const FILES: Files = Files {
     check: check_regular,
     read: read_document,

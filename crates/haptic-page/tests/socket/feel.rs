@@ -4,8 +4,7 @@ use crate::{
     A3, FORCE, SHORT, assert_documented, below, has, held_at, hello, opened, prostate, served,
     two_with_force,
 };
-use haptic_page::{OnClose, PageServer};
-use serde_json::{Value, json};
+use serde_json::json;
 use testkit::{assert_says, browser::Page};
 
 #[test]
@@ -30,25 +29,6 @@ fn the_verdict_stands_beside_what_it_is_of_wherever_that_is_told() {
     assert_eq!(answer, halved["feel"]);
     let twice = answer["verdict"]["margin"].as_f64().expect("an edge");
     assert!((twice - 2.0 * margin).abs() < 1e-3 * twice, "{answer}");
-}
-
-#[test]
-fn the_verdict_is_of_the_device_that_runs() {
-    let runs = tempfile::tempdir().expect("a folder");
-    let mut options = crate::options(runs.path(), OnClose::Stop, 0);
-    options.device.values.delay_s = 1.5e-3;
-    options.device.values.current_lag_s = 0.4e-3;
-    let late = PageServer::start(options).expect("starts");
-    let (_runs, _server, mut ideal) = opened();
-    let mut page = Page::open(late.address());
-    let [ideal, late] = [&mut ideal, &mut page]
-        .map(|page| page.ask("feel.start", prostate())["feel"]["verdict"].take());
-    has(&late, json!({"delay_s": 1.5e-3, "current_lag_s": 0.4e-3}));
-    let margin = |verdict: &Value| verdict["margin"].as_f64().expect("an edge");
-    assert!(margin(&late) < 0.5 * margin(&ideal), "{late} and {ideal}");
-    // With the hand or without, whichever is nearer to the edge.
-    assert_eq!(late["mass_kg"], 0.065);
-    assert!([0.0, 300.0].contains(&late["hand_stiffness_n_per_m"].as_f64().expect("a number")));
 }
 
 #[test]
@@ -113,55 +93,6 @@ fn a_pointer_beyond_the_reach_of_the_hand_is_told_where_the_hand_goes() {
     assert_eq!(
         refused,
         "`scale` = 1e300 is not from 1e-9 to 100: change it"
-    );
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn what_is_felt_changes_while_it_runs_without_a_bump_and_only_to_what_is_stable() {
-    let (_runs, _server, mut page) = opened();
-    page.ask("feel.start", json!({"environment": {"wall": {"order": 0.3, "stiffness_n_per_m": 100, "dissipation_n_s_mu_per_m": 20}}}));
-    held_at(&mut page, 4e-3);
-    page.status(|status| below(&status["force_n"], -0.3));
-    let set = page.ask("feel.set", json!({"order": 0.7, "stiffness_n_per_m": 200}));
-    has(
-        &set["feel"],
-        json!({"order": 0.7, "stiffness_n_per_m": 200.0, "dissipation_n_s_mu_per_m": 20.0}),
-    );
-    // A wall is its numbers, so what is told of it has the new ones.
-    let wall = json!({"order": 0.7, "stiffness_n_per_m": 200.0, "dissipation_n_s_mu_per_m": 20.0, "scheme": "full", "signed": false});
-    assert_eq!(set["feel"]["environment"]["wall"], wall);
-    for wrong in [
-        json!({"scale": 100, "dissipation_n_s_mu_per_m": 2000}),
-        json!({"order": 2.5}),
-        json!({"order": "x"}),
-        json!({"environment": {"tissue": "nothing"}}),
-        json!({"colour": 1}),
-    ] {
-        let refused = page.refused("feel.set", wrong.clone());
-        assert!(!refused.contains('\n'), "{wrong}: {refused}");
-    }
-    // What ran before goes on, with the change that was good.
-    let felt = hello(&mut page);
-    has(&felt["feel"], json!({"order": 0.7, "scale": 1.0}));
-    let before = page.status(|_| true)["tick"].as_u64().expect("a tick");
-    page.status(|status| status["tick"].as_u64() > Some(before + 600));
-    assert_no_bump(&mut page);
-}
-
-/// Asserts that in no tick the force changed by more than the motion or a fifth of a second of change makes it: 1 N/ms would be a bump.
-fn assert_no_bump(page: &mut Page) {
-    let made = page.status(|_| true)["samples_made"]
-        .as_f64()
-        .expect("a number");
-    let view = json!({"source": "live", "from_s": 0, "to_s": made * 1e-3, "columns": 8192});
-    page.ask("view", view);
-    let frame = page.frame(|_| true);
-    let steps = (0..frame.columns).map(|n| frame.largest(FORCE)[n] - frame.least(FORCE)[n]);
-    let (largest, ticks) = (steps.fold(0.0, f32::max), frame.ticks_per_column as f32);
-    assert!(
-        largest < 0.05 * ticks + 0.05,
-        "{largest} N in {ticks} ticks"
     );
 }
 

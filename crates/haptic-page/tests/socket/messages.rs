@@ -2,6 +2,7 @@
 
 use crate::{ended, hello, opened, prostate, question, ran};
 use serde_json::{Value, json};
+use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 use testkit::browser::Page;
@@ -22,9 +23,12 @@ type Whole<T> = T extends object ? { readonly [K in keyof T]-?: Whole<Exclude<T[
 
 "#;
 
-/// Its fields, with values that say their types alone; of a list one of each kind, of metadata, which are named freely, none. A point or a row of a
-/// curve keeps its length.
-fn bare(key: &str, value: &Value) -> Value {
+/// What an example has shown so far: things in lists, by the list's name.
+type Seen = HashSet<(String, String)>;
+
+/// Its fields, with values that say their types alone; of the lists with one name a thing of each kind, of metadata, which are named freely, none.
+/// A point or a row of a curve keeps its length.
+fn bare(key: &str, value: &Value, seen: &mut Seen) -> Value {
     match value {
         Value::Number(_) => json!(0),
         Value::Bool(_) => json!(false),
@@ -35,8 +39,10 @@ fn bare(key: &str, value: &Value) -> Value {
         }
         Value::Array(items) => {
             let mut kinds = Vec::new();
-            for item in items.iter().map(|item| bare("", item)) {
-                if !kinds.contains(&item) {
+            for item in items {
+                let item = bare("", item, seen);
+                let new = !item.is_object() || seen.insert((key.to_owned(), item.to_string()));
+                if new && !kinds.contains(&item) {
                     kinds.push(item);
                 }
             }
@@ -47,7 +53,7 @@ fn bare(key: &str, value: &Value) -> Value {
             let fields = fields
                 .iter()
                 .filter(|(key, _)| *key != "id" && *key != "ok");
-            let fields = fields.map(|(key, value)| (key.clone(), bare(key, value)));
+            let fields = fields.map(|(key, value)| (key.clone(), bare(key, value, seen)));
             Value::Object(fields.collect())
         }
     }
@@ -143,7 +149,7 @@ fn the_types_of_the_page_have_an_example_of_each_message() {
     let (runs, _server, mut page) = opened();
     let mut made = HEAD.to_owned();
     for (number, (name, example)) in examples(&mut page, runs.path()).iter().enumerate() {
-        let example = bare("", example);
+        let example = bare("", example, &mut Seen::new());
         made += &format!(
             "\nexport const example{number} = {example} as const;\nexample{number} satisfies Whole<{name}>;\n"
         );

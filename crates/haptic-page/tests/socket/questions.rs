@@ -76,22 +76,6 @@ fn a_design_proposes_an_experiment_that_runs() {
 }
 
 #[test]
-fn an_analysis_is_answered_by_a_form_with_the_keys_of_the_command() {
-    let (runs, _server, mut page) = opened();
-    let wall = json!({"order": 1, "alpha": 0.1, "beta": 0.3, "delta": 0.1});
-    for (name, key, table) in [
-        ("stability", "gain_margin", false),
-        ("sensitivity", "peak_db", true),
-    ] {
-        let kind = format!("analyze-{name}");
-        let done = ran(&mut page, &kind, wall.clone());
-        assert!(done["report"][key].as_f64() > Some(1.0), "{done}");
-        let file = runs.path().join(format!("{kind}-0001/{kind}.csv"));
-        assert_eq!(file.exists(), table, "{kind}");
-    }
-}
-
-#[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_question_is_stopped_and_keeps_what_it_found() {
     let (_runs, _server, mut page) = opened();

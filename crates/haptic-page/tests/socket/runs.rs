@@ -3,9 +3,8 @@
 use crate::{assert_documented, ended, has, opened, ran, refuses};
 use haptic_log::record::{Entry, LogFiles};
 use haptic_message::TickMessage;
-use haptic_page::OnClose;
 use serde_json::{Value, json};
-use testkit::browser::{Page, get, parts};
+use testkit::browser::{get, parts};
 use testkit::{assert_close, assert_says};
 
 #[test]
@@ -193,25 +192,6 @@ fn only_regular_files_are_opened_for_a_page() {
     ] {
         refuses(&mut page, kind, json!({key: path}), "not a regular file");
     }
-}
-
-#[test]
-fn two_hands_over_a_line_are_run_from_a_form_too() {
-    let (runs, _server, mut page) = opened();
-    let unknown = json!({"architecture": "telepathy"});
-    refuses(&mut page, "teleoperation", unknown, "time-domain");
-    let wave = json!({"architecture": "wave", "line_delay_s": 0.02, "duration_s": 5});
-    let done = ran(&mut page, "teleoperation", wave);
-    assert_eq!(done["state"], "done", "{done}");
-    let opened = page.ask("runs.open", json!({"name": done["name"]}));
-    assert_eq!(opened["samples"], done["report"]["samples"]);
-    as_many(&opened["curves"], ["far_position_m", "position_m"]);
-    // What the list says of it is its own verdict, which the log keeps for another server.
-    let verdict = |page: &mut Page| page.ask("runs.list", json!({}))["runs"][0]["verdict"].clone();
-    assert_eq!(verdict(&mut page), done["verdict"]);
-    let again = crate::server(runs.path(), OnClose::Stop);
-    let mut page = Page::open(again.address());
-    assert_eq!(verdict(&mut page), done["verdict"]);
 }
 
 /// A form of a hand that goes round in a disc.

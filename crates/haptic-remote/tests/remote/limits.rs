@@ -233,31 +233,3 @@ fn not_small(refusal: Refusal) -> (f32, f32) {
     };
     (wanted_n, allowed_n)
 }
-
-#[test]
-fn the_force_rises_after_the_start() {
-    let limits = Limits {
-        rise_time_s: 0.5,
-        ..Limits::bare(10.0, 1e4)
-    };
-    let bench = ran(plain(100.0, limits), 1000);
-    let mut seen = 0;
-    for sample in bench.samples() {
-        let rising = sample.axes[0].limiters & 16 != 0;
-        // 500 shares of 1/500 are not quite 1 in single precision.
-        assert!(
-            rising == (sample.tick < 500) || sample.tick == 500,
-            "{sample:?}"
-        );
-        if rising {
-            let share = f64::from(sample.tick) * 2e-3;
-            let want = share * f64::from(sample.axes[0].environment_force_n);
-            assert!(
-                (f64::from(sample.axes[0].force_n) - want).abs() < 1e-4,
-                "{sample:?}"
-            );
-            seen += 1;
-        }
-    }
-    assert!(seen >= 500);
-}

@@ -95,39 +95,6 @@ fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
 }
 
 #[test]
-fn batches_carry_the_same_samples() {
-    let mut one = started(Start {
-        ticks: 100,
-        ..START
-    });
-    one.run_ms(200);
-    for batch in [2, 5, 16] {
-        let mut many = started(Start {
-            ticks: 100,
-            batch,
-            ..START
-        });
-        many.run_ms(200);
-        assert_eq!(many.ticks(), one.ticks(), "batch {batch}");
-    }
-    let mut third = started(Start {
-        ticks: 100,
-        every: 3,
-        batch: 4,
-        ..START
-    });
-    third.run_ms(200);
-    assert!(
-        third
-            .ticks()
-            .iter()
-            .enumerate()
-            .all(|(n, &tick)| tick == 3 * n as u32)
-    );
-    assert!(third.ticks().len() >= 33);
-}
-
-#[test]
 fn a_sensed_force_comes_with_its_sample_in_every_form_and_none_comes_without_a_sensor() {
     for (batch, sensed_n) in [(1, 0.5), (16, 0.5), (5, 0.5), (1, f32::NAN), (16, f32::NAN)] {
         let mut bench = armed();

@@ -4,14 +4,14 @@ use crate::line::{Bench, START, beyond, transaction};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_emulator::LineFaults;
 use haptic_link::{
-    AxisWorkspace, Capabilities, Configuration, DeviceReport, DigestBuilder, Direction, FRAME_MAX,
-    Field, Limits, LoopMode, Receiver, Refusal, Request, Sample, Scope, Simulation, Start, State,
-    SurfaceKind, SurfaceShape, WorkspaceBox, encode,
+    Capabilities, Configuration, DeviceReport, DigestBuilder, Direction, FRAME_MAX, Field, Limits,
+    LoopMode, Receiver, Refusal, Request, Sample, Scope, Simulation, Start, State, SurfaceKind,
+    SurfaceShape, WorkspaceBox, encode,
 };
 use haptic_loop::units::Metres;
 use haptic_loop::{
-    Ball, Contact, DepthMap, Device, Environment, Fault, Limiters, Plane, Reading, SafeForce,
-    Shape, SpringDamper, Surface as _,
+    Ball, Contact, DepthMap, Device, Environment, Fault, Plane, Reading, SafeForce, Shape,
+    SpringDamper, Surface as _,
 };
 use haptic_remote::serial::{Companions, Pipe, SerialLink};
 use haptic_remote::{
@@ -314,95 +314,6 @@ fn three_axes_render_each_shape_with_the_bits_of_the_host() {
     has_the_bits::<3>();
 }
 
-/// 1 N and more into an oblique edge.
-fn pressed() -> (Run, Bench<SimulatedAxes<2>, 2>) {
-    let mut plan = run(&plane([0.6, 0.8], 1e-3), None);
-    plan.configuration.simulation = Simulation {
-        push_n: 4.0,
-        ..pushed()
-    };
-    (plan, Bench::on(SimulatedAxes::new("axes")))
-}
-
-#[test]
-fn its_norm_is_limited_and_the_direction_kept() {
-    let (plan, mut bench) = pressed();
-    bench.runs(&plan, 0);
-    bench.run_ms(3000);
-    assert_eq!(bench.state(), State::Running);
-    // By the magnitude alone, not by the rate.
-    let limited = |sample: &&Sample| sample.axes[0].limiters == Limiters::MAGNITUDE.bits();
-    let mut count = 0;
-    for sample in bench.samples().filter(limited) {
-        let [x, y] = [0, 1].map(|axis| sample.axes[axis].force_n);
-        // The chain ends a hair below the limit, so that rounding keeps within it.
-        assert!((x + 0.6 * 2.0).abs() < 1e-5 && (y + 0.8 * 2.0).abs() < 1e-5);
-        let [wanted_x, wanted_y] = [0, 1].map(|axis| sample.axes[axis].environment_force_n);
-        // A rounding of each product.
-        assert!((x * wanted_y - y * wanted_x).abs() < 1e-6 * wanted_y.abs());
-        count += 1;
-    }
-    assert!(count > 100, "{count}");
-    let largest = bench.norms.iter().copied().fold(0.0, f32::max);
-    assert!(largest <= 2.0 * (1.0 + f32::EPSILON), "{largest} N");
-}
-
-#[test]
-fn beyond_its_box_it_is_in_a_fault_and_the_force_falls() {
-    let (mut plan, mut bench) = pressed();
-    let axis = |high_m| AxisWorkspace {
-        low_m: -0.1,
-        high_m,
-        soft_m: 0.0,
-    };
-    let workspace = WorkspaceBox {
-        axes: [axis(0.008), axis(0.1)].into_iter().collect(),
-    };
-    plan.workspace = Some(workspace);
-    bench.runs(&plan, 0);
-    bench.falls_to_zero(Fault::Workspace);
-}
-
-#[test]
-fn without_a_host_it_is_in_a_fault_and_the_force_falls() {
-    let (plan, mut bench) = pressed();
-    bench.runs(&plan, 0);
-    bench.run_ms(300);
-    bench.host_dead = true;
-    bench.falls_to_zero(Fault::HostSilent);
-}
-
-#[test]
-fn a_position_that_is_no_number_is_a_fault() {
-    let led = Led::<2> {
-        path: |tick| match tick {
-            0..200 => [1e-5 * tick as f32, 0.0],
-            200.. => [f32::NAN, 0.0],
-        },
-        tick: 0,
-    };
-    let mut bench = Bench::on(led);
-    bench.runs(&run(&plane([1.0, 0.0], 0.0), None), 0);
-    bench.run_ms(250);
-    assert_eq!(bench.fault(), Some(Fault::NonFiniteForce));
-    let (_, tick) = bench.told_fault().expect("told");
-    assert_eq!(tick, 200);
-    let norms = &bench.norms;
-    let latched = norms.iter().position(|norm| *norm > 0.3).expect("a force");
-    assert!(norms[latched..].iter().all(|norm| *norm < 1.0));
-}
-
-#[test]
-fn stopped_in_a_shape_the_force_falls() {
-    let (plan, mut bench) = pressed();
-    bench.runs(&plan, 0);
-    bench.run_ms(300);
-    bench.done(Request::Stop);
-    let stopped = bench.norms.len();
-    bench.only_falls(stopped);
-    assert_eq!(bench.state(), State::Armed);
-}
-
 #[test]
 fn a_start_deep_inside_is_refused_even_in_the_middle_of_a_ball() {
     let at = |place: Path<2>| Led {
@@ -616,48 +527,4 @@ fn without_a_surface_the_law_acts_along_the_first_axis() {
     assert_eq!(samples, along_x);
     assert!(samples.iter().any(|sample| sample.axes[0].force_n < -0.5));
     assert!(samples.iter().all(|sample| sample.axes[1].force_n == 0.0));
-}
-
-#[test]
-fn a_run_behind_a_surface_leaves_nothing_behind() {
-    let mut bench = Bench::on(Led::<2> { path, tick: 0 });
-    let set = bench.done(Request::GetConfiguration);
-    let disc = run(&ball([0.022, 0.003], 0.02), None);
-    bench.set_to(&disc, Scope::Run).expect("good");
-    bench.arm();
-    let forces = |bench: &mut Bench<Led<2>, 2>, run| {
-        bench.reports.clear();
-        bench.done(Request::Start(Start {
-            run,
-            ticks: 400,
-            ..START
-        }));
-        bench.run_ms(700);
-        let forces = bench.samples().flat_map(|sample| sample.axes.clone());
-        let forces = forces.map(|axis| axis.force_n.to_bits());
-        forces.collect::<Vec<u32>>()
-    };
-    let first = forces(&mut bench, 1);
-    assert!(first.iter().any(|bits| f32::from_bits(*bits) < -0.2));
-    assert_eq!(forces(&mut bench, 2), first);
-    bench.done(Request::Disarm);
-    bench.host.set_keep_alive(None);
-    bench.hello();
-    assert_eq!(bench.done(Request::GetConfiguration), set);
-    // Where it was, there is none.
-    let bare = Run {
-        surface: None,
-        ..disc
-    };
-    bench.set_to(&bare, Scope::Run).expect("good");
-    bench.arm();
-    let after = forces(&mut bench, 1);
-    assert_ne!(after, first);
-    assert!(
-        after
-            .iter()
-            .skip(1)
-            .step_by(2)
-            .all(|bits| f32::from_bits(*bits) == 0.0)
-    );
 }

@@ -57,42 +57,6 @@ fn public_records_of_tissue_are_what_their_publishers_say() {
     }
 }
 
-#[test]
-fn what_a_public_record_does_not_tell_is_asked_for() {
-    let Some(folder) = public() else { return };
-    let place = Place::new();
-    for [line, words] in testkit::table(
-        "
-        identify FOLDER/pyvisco-relaxations-at-temperatures.csv | 21 segments => --segment
-        identify FOLDER/pyvisco-sweeps-at-temperatures.csv | 21 segments => --segment
-        identify FOLDER/ta-ares-sweeps-at-temperatures.txt | 4 segments => 150.0 °C => --segment
-        identify FOLDER/rheos-sweep.csv | no header => --columns
-        identify FOLDER/laponite-relaxation-2400.csv | line 25 => 343.47
-        control identify FOLDER/heater-step-1.csv | Time,T1,T2,Q1,Q2 => --columns
-        ",
-    ) {
-        let line = line.replace("FOLDER", &folder.display().to_string());
-        let words: Vec<&str> = words.split(" => ").collect();
-        place.run(&line).refused(2, &words);
-    }
-}
-
-#[test]
-fn a_public_heater_comes_to_rest() {
-    let Some(folder) = public() else { return };
-    let file = folder.join("heater-step-1.csv");
-    let line = format!(
-        "control identify {} --columns input=Q1,output=T1 --json",
-        file.display()
-    );
-    let found = Place::new().run(&line);
-    assert_eq!(found.code, Some(0), "{}", found.stderr);
-    let found = found.json();
-    // SciPy's best lag behind a dead time, 0.8286, less 0.002: the slower, the better, so that it comes near an integrator.
-    assert!(found["fit"].as_f64().expect("a number") > 0.8266, "{found}");
-    assert_eq!(found["unstable_poles"], 0, "{found}");
-}
-
 /// Functions of control records with right values: folder and file, bounds of the gain at rest, of the dead time, and of the times of all lags and the
 /// dead time together, s.
 const PLANTS: &str = "
@@ -141,23 +105,4 @@ fn plants_of_public_records_rest_at_their_gains() {
         }
         assert_eq!(found["unstable_poles"], 0, "{file}: {found}");
     }
-}
-
-/// The record of a heater is one of two lags, or of one lag behind a dead time as long as the other: a controller for the first holds the second.
-#[test]
-fn a_design_on_a_heater_holds_it_with_a_dead_time_for_its_fast_lag() {
-    let Some(folder) = public() else { return };
-    let place = Place::new();
-    let path = folder
-        .parent()
-        .expect("a folder")
-        .join("cases/control/tclab_model.csv");
-    place.run(&format!(
-        "control identify {} --out heater.toml",
-        path.display()
-    ));
-    place.run("control design --plant heater.toml --crossover 0.01rad/s --phase-margin 60deg --out design");
-    let line = "control analyze --plant 0.641exp(-24s)/(155s+1) --controller design/controller.toml --json";
-    let found = place.run(line).json();
-    assert_eq!(found["stable"], true, "{found}");
 }

@@ -242,30 +242,6 @@ fn late(contact: ContactPoint) -> Result<Record, IdentifyError> {
     Record::pressed_from(contact, time, depth, force, &sphere())
 }
 
-/// The truth is −0.100 mm and 3000 Pa·s^0.2; the least squares of this record are −0.102 mm and 2990.
-#[test]
-fn a_late_contact_is_found() {
-    let read = |contact| late(contact).expect("valid");
-    let found = fitted(&read(ContactPoint::Fitted), None).expect("fits");
-    let [viscosity, contact] = [&found.fits[0].parameters[0], &found.placement[0]];
-    assert_eq!((contact.name, contact.unit), ("contact_point_m", "m"));
-    assert_close("viscosity.value", viscosity.value, 2990.0, 5.0);
-    assert!((contact.value + 1.02e-4).abs() < 1e-6, "{contact:?}");
-    // As of a length that is given.
-    let given = fitted(&read(ContactPoint::At(contact.value)), None).expect("fits");
-    let given = &given.fits[0];
-    assert_relative(
-        "given.parameters[0].value",
-        given.parameters[0].value,
-        viscosity.value,
-        1e-3,
-    );
-    assert_relative("given.rms", given.rms, found.fits[0].rms, 1e-4);
-    let missed = fitted(&read(ContactPoint::Zero), None).expect("fits");
-    let wanted = "fits better with & touches at -0.1 & give `contact_point_m` = fit";
-    assert_says(&said(&missed), wanted);
-}
-
 /// The offset of the file is 5 % of its largest force, 0.647 mN.
 #[test]
 fn a_baseline_is_found_in_the_samples_before_contact() {

@@ -297,26 +297,6 @@ fn by_night_the_truth_of_indentations_is_inside_ninety_five_of_a_hundred_interva
     assert!((0.92..=0.98).contains(&share), "{inside} of {all}");
 }
 
-/// The model itself comes back without noise, whatever the shape, and in any motion that grows.
-#[test]
-fn the_memory_of_any_shape_comes_back() {
-    let (kind, truth, model) = truth(2);
-    for specimen in &shapes() {
-        let depth = specimen.length().map_or(1e-3, |length| 0.15 * length.0);
-        let (times, _) = motion(depth);
-        // Two ramps, and coarse samples.
-        let times: Vec<f64> = times.into_iter().step_by(5).collect();
-        let depths = (times.iter())
-            .map(|t| depth * (0.6 * (t / 0.2).min(1.0) + 0.4 * (t / 10.0).min(1.0)))
-            .collect();
-        let motion = (times, depths);
-        let force = pressed(&model, specimen, &motion, 0.0, 0);
-        let record = Record::pressed(motion.0, motion.1, force, specimen).expect("valid");
-        let found = one(&record, kind);
-        assert_parameters(&found, &truth, 1e-3);
-    }
-}
-
 /// A ramp of two samples before a hold of 3000, under a cone: e = e₁·(t/T)², whose force has a closed form.
 #[test]
 fn a_ramp_of_two_samples_tells_the_memory_too() {

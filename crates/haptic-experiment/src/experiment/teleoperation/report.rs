@@ -182,10 +182,6 @@ impl Experiment for TeleoperationExperiment {
         self.sample_time().0
     }
 
-    fn axes(&self) -> usize {
-        1
-    }
-
     fn metadata(&self) -> BTreeMap<String, String> {
         let mut metadata = metadata("teleoperation", &self.conduct, self.scheme, &self.safety);
         let frequencies: Vec<String> =
@@ -248,10 +244,6 @@ impl Experiment for TeleoperationExperiment {
         let curves = whole.then(|| self.drawn(verdict, &felt, hands.curves));
         let report = self.report(&ran, pair, judged, verdict, &felt, files)?;
         Ok(Published::new(report, curves, ran))
-    }
-
-    fn check_start(&self) -> Result<(), Failure> {
-        Ok(())
     }
 
     /// The slave in its remote place is looked at.

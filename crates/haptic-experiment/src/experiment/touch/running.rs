@@ -102,10 +102,6 @@ impl Experiment for TouchExperiment {
             _ => self.outside(&self.parts::<2>()?),
         }
     }
-
-    fn may_be_refused(&self) -> bool {
-        false
-    }
 }
 
 impl TouchExperiment {

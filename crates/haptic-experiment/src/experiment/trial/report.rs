@@ -330,10 +330,6 @@ impl<T: Trial> Experiment for Conducted<T> {
         self.trial.setup().device.sample_time.0
     }
 
-    fn axes(&self) -> usize {
-        1
-    }
-
     fn metadata(&self) -> BTreeMap<String, String> {
         let (setup, scheme) = (self.trial.setup(), self.trial.operator_choice().1);
         let mut metadata = metadata(T::KIND, &self.conduct, scheme, &setup.safety());
@@ -357,14 +353,6 @@ impl<T: Trial> Experiment for Conducted<T> {
         let ran = self.recorded(watched)?;
         let (report, curves) = self.report(&ran)?;
         Ok(Published::new(report, curves, ran))
-    }
-
-    fn check_start(&self) -> Result<(), Failure> {
-        Ok(())
-    }
-
-    fn may_be_refused(&self) -> bool {
-        false
     }
 }
 

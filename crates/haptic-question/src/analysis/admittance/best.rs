@@ -23,7 +23,7 @@ use serde_json::{Value, json};
 use std::cell::Cell;
 use std::sync::atomic::AtomicBool;
 
-/// Orders in tenths.
+/// Orders that are tried: so many tenths, from 0 on.
 const TENTHS: u32 = 15;
 /// Lags of a lagged mass, each twice the one before, and parts of such a step.
 const LAGS: u32 = 8;

@@ -27,7 +27,6 @@ const LEFT: f64 = 0.05;
 /// Limits that such a motion does not meet.
 const FAR: f64 = 1e3;
 
-/// The outcome of trials.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trials {
     pub(super) runs: usize,
@@ -72,7 +71,7 @@ pub(super) fn trials(around: &Around, body: &BodyValues) -> Result<Option<Trials
 struct Run<'a> {
     around: &'a Around,
     hand: HandImpedance,
-    /// K and B.
+    /// K, N/m, and B, N·s^μ/m, of the wall.
     gains: [f64; 2],
     order: Order,
     scheme: Scheme,

@@ -305,7 +305,6 @@ const TURNS: usize = 60;
 /// A turn is a change of direction by more than this share of the height.
 const TURN: f64 = 0.03;
 
-/// Curves of a controller.
 struct Curves {
     /// A name and a step for each gain.
     gains: Vec<(String, Points)>,

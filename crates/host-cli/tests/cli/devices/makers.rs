@@ -83,32 +83,6 @@ fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
     }
 }
 
-/// A relaxation at 500 Hz of a servo that a hand turns by 2 mm within half a second.
-fn relax(place_of_loop: &str, duration: &str) -> String {
-    format!(
-        "relax {DEVICE} --loop {place_of_loop} --contact rigid --duration {duration} --sample-time 2ms force_limit=4N \
-         watchdog=1s late_ticks=0 max_age_ticks=1000 --out run --quiet"
-    )
-}
-
-/// What a servo said at its end: mode, torque and largest torque.
-fn last_words(message: &str) -> (f64, f64, f64) {
-    let after = |words: &str| numbers_after(message, words, 1)[0];
-    (after("mode "), after(" torque "), after("largest "))
-}
-
-/// A run on a servo: its report, and the largest torque of its servo, which is stopped then and had no more than its limit.
-fn relaxed(place_of_loop: &str) -> (Value, f64) {
-    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
-    let line = relax(place_of_loop, "2s");
-    let ended = device.place.run(&format!("{line} --json"));
-    let report = ended.ended_by_the_clock().json();
-    let (mode, torque_nm, most_nm) = last_words(&device.ends());
-    assert!(most_nm <= 0.02 * 4.0, "{most_nm} N·m");
-    assert_eq!((mode, torque_nm), (0.0, 0.0));
-    (report, most_nm)
-}
-
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_run_that_a_person_holds_says_what_was_felt_unless_it_has_to_be_stable() {
@@ -175,28 +149,6 @@ fn a_run_that_a_person_holds_says_what_was_felt_unless_it_has_to_be_stable() {
         trial["felt"].is_null() && trial["stable"].is_boolean(),
         "{trial}"
     );
-}
-
-/// A log that lacks samples may lack the one with the largest force.
-fn lacks(report: &Value) -> bool {
-    at(report, "/dropped_samples") > 0.0
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_relaxation_runs_on_a_servo_in_either_loop_and_leaves_it_stopped() {
-    // How near the force is to the sum over the motion is held in virtual time, by the tests of `haptic-devices`.
-    for side in ["device", "host"] {
-        let (report, most_nm) = relaxed(side);
-        assert_eq!(report["link"]["board"], "moteus");
-        assert_eq!(report["link"]["loop"], side);
-        let (peak_n, lacks) = (at(&report, "/peak_force_n"), lacks(&report));
-        assert!(peak_n <= 4.0 && (lacks || peak_n > 0.01), "{report}");
-        // The last digit is rounded.
-        let unlogged_nm = most_nm - 0.02 * peak_n;
-        let all = unlogged_nm > -1e-6 && (lacks || unlogged_nm < 1e-6);
-        assert!(side == "host" || all, "{most_nm} N·m for {peak_n} N");
-    }
 }
 
 #[test]

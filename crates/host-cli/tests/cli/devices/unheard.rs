@@ -8,7 +8,6 @@ use haptic_link::{DeviceReport, EventKind, FaultReport, Request, Sample, Start, 
 use haptic_loop::{Fault, Limiters};
 use std::collections::BTreeMap;
 use std::process::Child;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -68,26 +67,6 @@ fn a_sample_that_is_asked_for_after_a_silence_is_none_of_the_run() {
     assert_eq!(at(&ended.json(), "/dropped_samples"), 0.0, "{ended}");
     let check = device.place.run("log check run/relax.mcap --json").json();
     assert_eq!(at(&check, "/missing_samples"), 0.0, "{check}");
-}
-
-/// Samples are lost, and all else comes: the stop goes out at once, not when the silence is noticed.
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_stop_without_samples_goes_out_at_once() {
-    let device = Emulated::new("");
-    device.loosen();
-    let lost = Arc::new(AtomicBool::new(false));
-    let losing = Arc::clone(&lost);
-    let _line = Middle::before(&device, move |report| {
-        losing.load(Ordering::Relaxed) && matches!(report, DeviceReport::Sample(_))
-    });
-    let line = "relax --device serial:line watchdog=1s --contact rigid --ramp-time 100ms --duration 60s --out run --quiet --json";
-    let child = under_way(&device, line);
-    lost.store(true, Ordering::Relaxed);
-    signal(&child, "INT");
-    let ended = ended(line, child).failed(1);
-    holds(ended.error().contains("interrupted: the run ended"), &ended);
-    assert_eq!(ended.json()["ended_early"], "interrupted");
 }
 
 #[test]
@@ -214,29 +193,6 @@ fn a_fault_on_the_way_to_zero_ends_a_run_that_was_interrupted() {
         "interrupted, but the device did not say that it stopped & the device left its workspace",
     );
     device.json("log info run/relax.mcap");
-}
-
-#[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn forces_that_did_not_arrive_are_in_no_log() {
-    let device = Emulated::new("");
-    device.loosen();
-    let (middle, reported) = witnessed(&device, |_| false);
-    let line = "relax --device serial:line --loop host max_age_ticks=500 watchdog=500ms late_ticks=0 --contact rigid \
-                --ramp-time 2s --duration 60s --out run --quiet --json";
-    // It loses all that goes to the device while the indenter moves.
-    let child = under_way(&device, line);
-    middle.deafen();
-    std::thread::sleep(Duration::from_millis(20));
-    let lost = reported
-        .lock()
-        .expect("nobody panicked")
-        .keys()
-        .last()
-        .copied();
-    let ended = ended(line, child).failed(1);
-    assert!(ended.error().contains("heard nothing"), "{ended}");
-    logged_as_reported(&device, &reported, lost.expect("samples"));
 }
 
 /// The log of `run/relax` behind this tick, some hundred ticks and forces, N. Each tick of all has the force that the device itself reported.

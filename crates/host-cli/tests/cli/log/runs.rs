@@ -32,23 +32,6 @@ fn at(tick: u64) -> f64 {
 }
 
 #[test]
-fn a_long_log_is_drawn_with_its_extremes() {
-    let place = Place::new();
-    // 300 s at 1 kHz, and one tick in which everything is far out.
-    let tick = |n: u64| TickMessage {
-        position_m: (1e-3 * (1e-4 * n as f64).sin()).into(),
-        commanded_force_n: if n == 123_457 { -10.0 } else { -1.0 }.into(),
-        ..straight(n, at(n), 0.0)
-    };
-    made(&place, "long.mcap", (0..300_000).map(tick));
-    let plotted = place.json("log plot long.mcap");
-    assert_eq!(number(&plotted, "samples"), 300_000.0);
-    // The axis reaches the one force, which pushes back.
-    let picture = place.text("long.log.svg");
-    assert!(picture.contains(">10</text>") && picture.len() < 3_000_000);
-}
-
-#[test]
 fn a_difference_is_that_of_its_closed_form() {
     let place = Place::new();
     // B is A and 0.1 mm·cos(2πt) over whole periods, so the rms is 0.1 mm/√2.
