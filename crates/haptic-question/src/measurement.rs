@@ -18,6 +18,7 @@ pub mod drive;
 pub mod estimate;
 pub mod fit;
 pub mod response;
+pub mod robot;
 #[cfg(test)]
 mod tests;
 

@@ -128,6 +128,12 @@ impl<R: MovingDevice<f32, D>, const D: usize> MovedRobot<R, D> {
         })
     }
 
+    /// Reading of the force sensor in this tick, N.
+    pub fn sensed_n(&self) -> [f32; D] {
+        let last = self.robot.reading();
+        last.map_or([f32::NAN; D], |last| last.sensed_force_n.into())
+    }
+
     /// The fault of its motion.
     pub fn fault(&self) -> Option<Fault> {
         self.robot.state().fault().map(|fault| fault.of_loop())

@@ -294,6 +294,7 @@ impl Night {
             }),
             sensor: None,
             specimen: None,
+            robot: None,
             speed: 1.0,
             faults: LineFaults::default(),
             seed: 1,
