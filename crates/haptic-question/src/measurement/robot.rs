@@ -102,10 +102,10 @@ impl<F: Real> Environment<F, 1> for Steps {
 }
 
 impl MeasurePlan {
-    /// This plan for a robot, which goes at this speed.
+    /// This plan for a robot.
     #[must_use]
-    pub fn of_robot(self, speed_m_per_s: f64) -> Self {
-        let force_n = speed_m_per_s * f64::from(MEASURING_DAMPING_N_S_PER_M);
+    pub fn of_robot(self) -> Self {
+        let force_n = self.speed_m_per_s * f64::from(MEASURING_DAMPING_N_S_PER_M);
         Self {
             force_limit_n: force_n / Self::SHARE,
             ..self
