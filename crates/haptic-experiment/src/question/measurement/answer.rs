@@ -148,7 +148,9 @@ impl Measurement {
         };
         Ok(MeasureReport {
             device,
-            calibration_text: (self.remote.as_ref()).map(RemoteDevice::calibration_in_words),
+            // A robot is measured in metres and seconds.
+            calibration_text: (self.remote.as_ref().filter(|_| !is_robot))
+                .map(RemoteDevice::calibration_in_words),
             calibration,
             board,
             encoder_resolution_reason: (found.has_no_steps()).then_some("no steps seen"),
