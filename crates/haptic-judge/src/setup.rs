@@ -280,9 +280,8 @@ fn robot_in_hand(
         } else {
             "omit it, or give the robot's own hand in [admittance]"
         };
-        let reason = format!(
-            "{key} of [wall] has no effect on a robot that a hand pushes: {remedy}"
-        );
+        let reason =
+            format!("{key} of [wall] has no effect on a robot that a hand pushes: {remedy}");
         return Err(table.fail_at(key, reason));
     }
     if guard != GuardChoice::Off {

@@ -74,7 +74,11 @@ impl MovingBoard {
             robot: start.clone(),
             tick: 0,
         };
-        let moved = MovedRobot::new(robot, emulated.body.clone(), &emulated.limits, t)?;
+        let mut moved = MovedRobot::new(robot, emulated.body.clone(), &emulated.limits, t)?;
+        // Its sensor has rested before any host is there.
+        for _ in 0..(emulated.limits.rest_time.0 / t.0) as usize + 2 {
+            let _ = moved.idle();
+        }
         let period_us = (1e6 * t.0).round() as u32;
         let mut capabilities = Capabilities {
             simulated: true,

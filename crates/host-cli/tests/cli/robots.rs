@@ -129,6 +129,6 @@ fn a_robot_without_dead_time_and_bandwidth_is_measured_and_refused_until_then() 
         "whole.toml",
         file.replace("# The body", &format!("{body}# The body")),
     );
-    let line = "analyze admittance --device-model whole.toml --sample-time 1ms --json";
+    let line = "analyze admittance --device-model whole.toml --sample-time 1ms";
     assert_eq!(place.json(line)["stable"], true);
 }
