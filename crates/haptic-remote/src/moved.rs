@@ -47,7 +47,7 @@ impl<R: MovingDevice<f32, D>, const D: usize> MovedRobot<R, D> {
             body
         } else {
             let speed = f64::min(limits.speed.0, MEASURED_AT_MOST);
-            // What it is asked for must be what it does: a rate that rounding takes beyond the limit is none.
+            // A rate that rounding takes beyond the limit would not be the one that is asked for.
             let rate = 0.99 * limits.acceleration.0;
             measuring = Some([damping * speed, damping * rate].map(|most| most as f32));
             limits.speed = MetresPerSecond(speed);

@@ -443,7 +443,7 @@ fn a_robot_without_bandwidth_and_dead_time_follows_forces_alone_and_shows_its_se
     it.bench.configure(&configuration, &values);
     it.steps(REST);
     it.drives(1);
-    // What the hand pushes moves nothing.
+    // A push of the hand moves nothing.
     it.plant.push_n[0] = 5.0;
     it.steps(200);
     assert_eq!(it.bench.force_n, [0.0; 3]);

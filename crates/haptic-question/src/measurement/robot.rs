@@ -169,12 +169,12 @@ const STANDS: &str = "the robot does not move: check that its program sends the 
 
 /// Refuses all but a motion that came to its end, in words of a robot.
 fn complete(outcome: DriveOutcome, plan: &MeasurePlan) -> Result<(), Failure> {
-    let words = match outcome {
-        DriveOutcome::Fault(Fault::PositionStuck) => STANDS,
-        DriveOutcome::Fault(Fault::Workspace) => {
-            "the robot left its box, and stands: give a smaller speed, or check the direction of its sensor"
-        }
-        _ => return outcome.require_complete(plan),
+    let words = if outcome == DriveOutcome::Fault(Fault::PositionStuck) {
+        STANDS
+    } else if outcome == DriveOutcome::Fault(Fault::Workspace) {
+        "the robot left its box, and stands: give a smaller speed, or check the direction of its sensor"
+    } else {
+        return outcome.require_complete(plan);
     };
     Err(Failure::run(words))
 }

@@ -20,7 +20,7 @@ use nalgebra::SVector;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What was measured: the motion of a device that takes a force, or that of a robot.
+/// Motion of a device that takes a force, or of a robot.
 pub(crate) struct Moved {
     pub(crate) record: MotionRecord,
     pub(crate) is_robot: bool,

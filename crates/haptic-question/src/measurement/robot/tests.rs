@@ -96,7 +96,7 @@ fn measured(bench: &mut Bench, plan: &MeasurePlan) -> Result<MeasuredRobot, Fail
     let driven = drive_robot(plan, bench, &mut |_, sent| sent, &|_| (), &never);
     let record = driven.map_err(|error| match error {
         DriveError::Said(failure) => failure,
-        other => panic!("{other:?}"),
+        other @ (DriveError::Plan(_) | DriveError::Device(_)) => panic!("{other:?}"),
     })?;
     assert!(
         bench.fastest <= 0.0201 * bench.gain,

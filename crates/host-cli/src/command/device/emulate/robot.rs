@@ -23,7 +23,7 @@ pub(super) const KEYS: [(&str, &str); 4] = [
 /// Sample times of a robot, s.
 pub(super) const SAMPLE_TIMES: Range = Range::Within(1e-4, 1e-2);
 
-/// What is said of a robot besides its file.
+/// A robot, as far as its file does not say it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Words {
     pub(super) sample_time_s: f64,
