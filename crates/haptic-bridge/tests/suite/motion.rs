@@ -429,18 +429,21 @@ fn it_says_that_it_moves_and_takes_no_guard() {
 #[test]
 fn a_robot_without_bandwidth_and_dead_time_follows_forces_alone_and_shows_its_sensor() {
     let (_folder, path) = file("[admittance]\nmotion_limit_m_per_s2 = 2\n");
-    let mut it = Pushed::new(&path, 1);
+    let mut it = Pushed {
+        bench: Bench::new(&robot(&path, 1)),
+        plant: Plant::new(),
+        axes: 1,
+    };
+    it.bench.sensed_n = Some([0.0; 3]);
+    let (mut configuration, values) = wall();
+    configuration.limits.force_rate_n_per_s = 150.0;
+    it.bench.configure(&configuration, &values);
     let DeviceReport::Capabilities(can) = it.bench.done(Request::GetCapabilities) else {
         panic!("no abilities");
     };
     assert!(can.lets_go_alone.moves && can.lets_go_alone.to_measure);
     // 100 N·s/m at 50 mm/s, and 2 m/s².
     assert!((can.force_max_n - 5.0).abs() < 1e-4 && can.force_rate_max_n_per_s <= 200.0);
-    let (mut configuration, values) = wall();
-    configuration.limits.watchdog_ms = WATCHDOG_MS;
-    configuration.limits.force_n = can.force_max_n;
-    configuration.limits.force_rate_n_per_s = can.force_rate_max_n_per_s;
-    it.bench.configure(&configuration, &values);
     it.steps(REST);
     it.drives(1);
     // A push of the hand moves nothing.
