@@ -4,6 +4,7 @@ use crate::refused::{OrRefused as _, refused};
 use haptic_bridge::{Bridge, BridgeTicker, Description, Handle, Takes};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Makes this program's device one of `host-cli`, over TCP: loop, limits and watchdog run inside `tick`.
@@ -30,6 +31,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 ///     Ends in m, outside of which there is no force; 0 and 0 for none.
 /// watchdog_ms : int, default 0
 ///     Longest silence of a host while it is armed, 5 to 1000 ms; 0 leaves it to the host.
+/// robot : path-like, optional
+///     Device file with ``[admittance]`` of a robot that takes a velocity, by `tick_motion`, with ``sensed_force_max_n`` and `sense`.
 ///
 /// Raises
 /// ------
@@ -39,7 +42,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Notes
 /// -----
 /// One thread ticks, at the sample time; the others may `stop` it. When it ends or the program dies, the driver may still hold the
-/// last force: set it to zero in a ``finally``.
+/// last force or velocity: set it to zero in a ``finally``.
 ///
 /// Examples
 /// --------
@@ -85,11 +88,32 @@ impl PyBridge {
     }
 }
 
+impl PyBridge {
+    /// A tick that gives a velocity, or a force: what the device takes.
+    fn ticking_as(
+        &self,
+        moves: bool,
+        call: impl FnOnce(&mut BridgeTicker) -> [f64; 3],
+    ) -> PyResult<(f64, f64, f64)> {
+        let output =
+            self.ticking(|ticker| (ticker.takes_motion() == moves).then(|| call(ticker)))?;
+        let output = output.ok_or_else(|| {
+            refused(if moves {
+                "this device takes a force: call tick, or give robot"
+            } else {
+                "this device takes a velocity: call tick_motion, or omit robot"
+            })
+        })?;
+        Ok(output.into())
+    }
+}
+
 #[pymethods]
 impl PyBridge {
     #[new]
     #[pyo3(signature = (*, name, force_max_n, force_rate_max_n_per_s, listen = "127.0.0.1:4250", axes = 1, sample_time_us = 1000,
-        position_resolution_m = 0.0, sensed_force_max_n = 0.0, workspace_low_m = [0.0; 3], workspace_high_m = [0.0; 3], watchdog_ms = 0, serial_number = ""))]
+        position_resolution_m = 0.0, sensed_force_max_n = 0.0, workspace_low_m = [0.0; 3], workspace_high_m = [0.0; 3], watchdog_ms = 0, serial_number = "",
+        robot = None))]
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn new(
         name: String,
@@ -104,6 +128,7 @@ impl PyBridge {
         workspace_high_m: [f64; 3],
         watchdog_ms: u32,
         serial_number: &str,
+        robot: Option<PathBuf>,
     ) -> PyResult<Self> {
         let description = Description {
             name,
@@ -117,7 +142,7 @@ impl PyBridge {
             workspace_high_m,
             watchdog_ms,
             serial_number: serial_number.to_owned(),
-            takes: Takes::Force,
+            takes: robot.map_or(Takes::Force, |robot| Takes::Velocity { robot }),
         };
         let bridge = Bridge::open(&description, listen).or_refused()?;
         Ok(Self {
@@ -140,8 +165,15 @@ impl PyBridge {
     /// One tick: time in µs of a clock that never goes back and position in m in, the force until the next call in N out. None or NaN is a
     /// sensor that gave nothing: no force at once, and a `fault`. Elements beyond the axes are ignored, and zero.
     fn tick(&self, time_us: u64, position_m: Option<[f64; 3]>) -> PyResult<(f64, f64, f64)> {
-        let force = self.ticking(|ticker| ticker.tick(time_us, position_m.as_ref()))?;
-        Ok(force.into())
+        self.ticking_as(false, |ticker| ticker.tick(time_us, position_m.as_ref()))
+    }
+
+    /// One tick of a robot, after `sense`: time in µs and measured position in m in, the velocity until the next call in m/s out. After a
+    /// fault or stop, and without a position or a force, it is the way to rest, and then zero: call on until the robot stands.
+    fn tick_motion(&self, time_us: u64, position_m: Option<[f64; 3]>) -> PyResult<(f64, f64, f64)> {
+        self.ticking_as(true, |ticker| {
+            ticker.tick_motion(time_us, position_m.as_ref())
+        })
     }
 
     /// Lets the force fall to zero from the next tick on, and disarms the device.

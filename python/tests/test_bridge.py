@@ -1,11 +1,14 @@
 """A driver in Python: a device for a run, and the guide's lines beside stand-ins for the makers' libraries."""
 
+import math
 import re
 import sys
 import threading
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
+
+import pytest
 
 from fractional_haptics import bridge, experiment
 from fractional_haptics.bridge import Bridge
@@ -41,6 +44,68 @@ def test_a_run_feels_what_python_ticks(tmp_path) -> None:
         assert device.fault is None and device.reason is None
     assert 0.1 < max(abs(force[0]) for force in forces) <= 2.0
     assert all(force[1:] == NOTHING[1:] for force in forces)
+
+
+class Robot:
+    """That of the example in C++: a speed loop of 10 Hz that is 4 ms late, a hand of 1 kg and 10 N·s/m, in samples of 1 ms."""
+
+    def __init__(self) -> None:
+        self.late = [0.0] * 4
+        self.position = self.velocity = self.rate = 0.0
+
+    def step(self, command: float) -> None:
+        self.late.append(command)
+        held, natural, fine = self.late.pop(0), 2 * math.pi * 10, 1e-4
+        for _ in range(10):
+            self.rate += fine * natural * (natural * (held - self.velocity) - 1.6 * self.rate)
+            self.velocity += fine * self.rate
+            self.position += fine * self.velocity
+
+    def force(self, push: float) -> float:
+        return push - self.rate - 10 * self.velocity
+
+
+def test_a_robot_that_python_ticks_rests_where_its_wall_says(tmp_path) -> None:
+    file, wall = tmp_path / "robot.toml", tmp_path / "wall.toml"
+    body = "body_inertance_n_s_mu_per_m = 8\nbody_damping_n_s_per_m = 60\nhand_stiffness_n_per_m = [0, 300]\n"
+    file.write_text(f"[admittance]\nbandwidth_hz = 10\ndead_time_s = 0.004\n{body}")
+    wall.write_text(
+        "[wall]\norder = 1\nstiffness_n_per_m = 1000\ndissipation_n_s_mu_per_m = 10\nduration_s = 3\nsample_time_s = 0.001\n"
+    )
+    robot, pushed, over, places = Robot(), threading.Event(), threading.Event(), []
+
+    def haptic() -> None:
+        time_us = 0
+        while not over.is_set():
+            time_us += 1000
+            # Nobody pushes while its sensor rests, nor waits for it.
+            time_us < 300_000 or device.wait()
+            device.sense([robot.force(2.0 if pushed.is_set() else 0.0), 0.0, 0.0])
+            velocity = device.tick_motion(time_us, [robot.position, 0.0, 0.0])
+            robot.step(velocity[0])
+            places.append((robot.position, velocity[0]))
+
+    limits = {"force_max_n": 20.0, "force_rate_max_n_per_s": 1e4, "sensed_force_max_n": 50.0}
+    with AT_ANY(name="py robot", robot=file, **limits) as device:
+        with pytest.raises(ValueError, match="call tick_motion"):
+            device.tick(0, [0.0] * 3)
+        thread = threading.Thread(target=haptic)
+        thread.start()
+        patient = {"watchdog_s": 1.0, "late_ticks": 0, "max_age_ticks": 1000, "device_model": file}
+        name = f"tcp:127.0.0.1:{device.port}"
+        try:
+            experiment.run(wall, device=name, progress=lambda _: pushed.set(), out=tmp_path / "run", **patient)
+        finally:
+            pushed.clear()
+            over.set()
+            thread.join()
+        assert device.fault is None and device.reason is None
+    # At the end of the run the command rests at 2 N over 1 kN/m, and the robot with it.
+    rested = max(place for place, velocity in places if abs(velocity) < 1e-6)
+    assert abs(rested / 2e-3 - 1) < 0.01
+    assert places[-1][1] == 0.0
+    with AT_ANY(name="py", force_max_n=1.0, force_rate_max_n_per_s=1e3) as device, pytest.raises(ValueError, match="call tick, or give robot"):
+        device.tick_motion(0, [0.0] * 3)
 
 
 def test_the_lines_of_the_guide_drive_a_device(monkeypatch) -> None:

@@ -2,7 +2,7 @@
 
 use crate::description::{Description, DescriptionError};
 use crate::line::LineSide;
-use crate::motion::Motion;
+use crate::motion::motion;
 use crate::pace::Pace;
 use crate::status::Handle;
 use crate::ticking::{Heard, Ticking, Ticks};
@@ -11,7 +11,7 @@ use haptic_link::{Capabilities, DeviceReport, Reason, Refusal, SerialNumber, Sta
 use haptic_loop::Fault;
 use haptic_loop::realtime::{SystemWaiter, Waiter};
 use haptic_remote::serial::{SerialError, TcpListening};
-use haptic_trial::robot::RobotModel;
+use haptic_trial::robot::OwnRobot;
 use rtrb::{Consumer, Producer};
 use std::io::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -201,13 +201,13 @@ impl Bridge {
 
 /// The part that ticks, with so many axes.
 fn ticking<const D: usize>(
-    (description, robot): (&Description, Option<&RobotModel>),
+    (description, robot): (&Description, Option<&OwnRobot>),
     capabilities: Capabilities,
     number: SerialNumber,
     ends: (Consumer<Heard>, Producer<DeviceReport>),
     handle: Handle,
 ) -> Result<Box<dyn Ticks>, BridgeError> {
-    let motion = robot.map(|robot| Motion::<D>::new(description, robot).map(Box::new));
+    let motion = robot.map(|robot| motion::<D>(description, robot).map(Box::new));
     let motion = motion.transpose().map_err(BridgeError::Robot)?;
     let ticking = Ticking::new(description, capabilities, number, ends, handle, motion)?;
     Ok(Box::new(ticking))

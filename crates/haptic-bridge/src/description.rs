@@ -4,7 +4,7 @@ use haptic_document::{FileError, text_of};
 use haptic_link::{Capabilities, Conduct, Limits, SerialNumber};
 use haptic_loop::RangeError;
 use haptic_remote::abilities;
-use haptic_trial::robot::RobotModel;
+use haptic_trial::robot::OwnRobot;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -48,7 +48,7 @@ pub enum Takes {
     /// A velocity, m/s, by [`BridgeTicker::tick_motion`](crate::BridgeTicker::tick_motion): of a robot with a force sensor under its handle,
     /// whose range and sample time are then declared.
     Velocity {
-        /// Its device file, with `[admittance]`: body, loop, limits and hands.
+        /// Its device file, with `[admittance]`: body, loop, limits and hands. Without bandwidth and dead time it is to be measured.
         robot: PathBuf,
     },
 }
@@ -168,16 +168,13 @@ impl Description {
             position_resolution_m: count_m as f32,
             sensed_force_max_n: sensed_n as f32,
             // The program may stand still, and its driver hold the last force.
-            lets_go_alone: Conduct {
-                lets_go: false,
-                moves,
-            },
+            lets_go_alone: Conduct::default(),
             ..abilities(&self.name, self.axes as u8)
         })
     }
 
     /// The robot of its device file, if it takes a velocity.
-    pub(crate) fn robot(&self) -> Result<Option<RobotModel>, FileError> {
+    pub(crate) fn robot(&self) -> Result<Option<OwnRobot>, FileError> {
         let Takes::Velocity { robot } = &self.takes else {
             return Ok(None);
         };
@@ -185,7 +182,7 @@ impl Description {
             text_of(robot, "device")?,
             f64::from(self.sample_time_us) * 1e-6,
         );
-        RobotModel::parse(robot, &text, t).map(Some)
+        OwnRobot::parse(robot, &text, t).map(Some)
     }
 
     pub(crate) fn serial_number(&self) -> Result<SerialNumber, DescriptionError> {

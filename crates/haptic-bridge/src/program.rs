@@ -43,7 +43,7 @@ impl<const D: usize> Program<D> {
     /// The next tick comes, after some that did not.
     pub(crate) fn goes_on(&mut self, skipped: u32) {
         if let Some(motion) = &mut self.motion {
-            motion.goes_on(skipped);
+            motion.robot_mut().goes_on(skipped);
         }
     }
 
@@ -60,7 +60,7 @@ impl<const D: usize> Program<D> {
     /// The robot with the readings of this tick.
     fn robot(&mut self) -> Option<&mut Motion<D>> {
         let motion = self.motion.as_deref_mut()?;
-        motion.hand(self.position_m, self.sensed_n);
+        motion.robot_mut().hand(self.position_m, self.sensed_n);
         Some(motion)
     }
 
@@ -90,7 +90,7 @@ impl<const D: usize> Program<D> {
 
     /// The force of the last tick, N, or the velocity of a robot, m/s; zero on axes that the device does not have.
     pub(crate) fn output(&self) -> [f64; 3] {
-        let velocity = self.motion.as_ref().map(|motion| motion.command());
+        let velocity = self.motion.as_ref().map(|motion| motion.robot().command());
         let output = velocity.map_or(&self.force_n[..], |velocity| velocity.as_slice());
         std::array::from_fn(|axis| output.get(axis).copied().map_or(0.0, f64::from))
     }
@@ -150,7 +150,11 @@ impl<const D: usize> Hardware<D> for Program<D> {
     type Setup = ();
 
     fn capabilities(&self) -> Capabilities {
-        self.capabilities
+        let mut capabilities = self.capabilities;
+        if let Some(motion) = &self.motion {
+            motion.declare(&mut capabilities);
+        }
+        capabilities
     }
 
     fn serial_number(&self) -> SerialNumber {

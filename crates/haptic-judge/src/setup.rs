@@ -275,9 +275,13 @@ fn robot_in_hand(
 ) -> Result<MassDamperConfig, FileError> {
     if let Some(key) = OF_FORCES.iter().find(|key| table.has(key)) {
         let key = key.key;
-        let reason = format!(
-            "{key} of [wall] has no effect on a robot that a hand pushes: omit it, or give the robot's own hand in [admittance]"
-        );
+        let remedy = if key == p::HAND_STIFFNESS.key {
+            "give admittance.hand_stiffness in its place"
+        } else {
+            "omit it, or give the robot's own hand in [admittance]"
+        };
+        let reason =
+            format!("{key} of [wall] has no effect on a robot that a hand pushes: {remedy}");
         return Err(table.fail_at(key, reason));
     }
     if guard != GuardChoice::Off {

@@ -40,7 +40,8 @@ pub use keys::{REPORT_KEYS, REQUEST_KEYS};
 pub use limits::{Field, Guard, GuardKind, Limits, LoopMode};
 pub use report::{
     Ack, Alive, Capabilities, Conduct, DeviceReport, Event, EventKind, FaultReport, Hello,
-    KEYS_MAX, Keys, MessageKey, Outcome, Reason, Refusal, State, Statistics, Status, Trouble,
+    KEYS_MAX, Keys, MEASURING_DAMPING_N_S_PER_M, MessageKey, Outcome, Reason, Refusal, State,
+    Statistics, Status, Trouble,
 };
 pub use request::{Request, Scope, Start};
 pub use sample::{

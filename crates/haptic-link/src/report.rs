@@ -156,22 +156,31 @@ pub struct Conduct {
     pub lets_go: bool,
     /// It moves instead of pushing: its position is that of a command, and a hand and the force move it through a virtual body.
     pub moves: bool,
+    /// It moves, and its loop is not known yet: until it is measured, a force commands [`MEASURING_DAMPING_N_S_PER_M`] of it, and its
+    /// position is that of its sensor.
+    pub to_measure: bool,
 }
+
+/// Newtons for each metre per second of a robot that is measured: what the hand pushes is not in it.
+pub const MEASURING_DAMPING_N_S_PER_M: f32 = 100.0;
 
 impl Serialize for Conduct {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_u8(u8::from(self.lets_go) | u8::from(self.moves) << 1)
+        let bits = [self.lets_go, self.moves, self.to_measure].map(u8::from);
+        serializer.serialize_u8(bits[0] | bits[1] << 1 | bits[2] << 2)
     }
 }
 
 impl<'de> Deserialize<'de> for Conduct {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         match u8::deserialize(deserializer)? {
-            bits @ 0..=3 => Ok(Self {
+            // Nothing but a robot is measured as one.
+            bits @ (0..=3 | 6..=7) => Ok(Self {
                 lets_go: bits & 1 != 0,
                 moves: bits & 2 != 0,
+                to_measure: bits & 4 != 0,
             }),
-            _ => Err(D::Error::custom("a conduct of bits 0 and 1")),
+            _ => Err(D::Error::custom("a conduct of bits 0 to 2")),
         }
     }
 }

@@ -18,6 +18,7 @@ pub mod drive;
 pub mod estimate;
 pub mod fit;
 pub mod response;
+pub mod robot;
 #[cfg(test)]
 mod tests;
 
@@ -42,6 +43,8 @@ parameters! {
         "Largest distance from the start; beyond it the force falls to zero");
     /// Length of the multi-sine, s.
     MEASURE_DURATION = number("duration_s", 8.0, "8s", Range::Within(1.0, 600.0), "Length of the multi-sine");
+    /// Speed of a robot that is measured, m/s.
+    MEASURE_SPEED = number("speed_m_per_s", 0.02, "20mm/s", Range::Within(1e-3, 0.05), "Largest speed of a robot that is measured");
     /// A hand at the device.
     HELD = flag("held", "A hand holds the device as still as it can; its stiffness is measured too");
     /// Axis of a board with several.
@@ -56,6 +59,7 @@ pub const MEASURE: &[Parameter] = &[
     MEASURE_FORCE_LIMIT,
     MEASURE_BOX,
     MEASURE_DURATION,
+    MEASURE_SPEED,
     HELD,
     MEASURE_AXIS,
 ];
@@ -98,6 +102,8 @@ pub struct MeasurePlan {
     pub box_m: f64,
     /// Length of the multi-sine, s.
     pub duration_s: f64,
+    /// Largest speed of a robot, m/s.
+    pub speed_m_per_s: f64,
     /// True if a hand holds the device: its stiffness is measured too.
     pub hand: bool,
     /// The axis of a device at a port that is moved.
@@ -167,6 +173,7 @@ impl MeasurePlan {
             force_limit_n: table.number(&MEASURE_FORCE_LIMIT)?,
             box_m: table.number(&MEASURE_BOX)?,
             duration_s: table.number(&MEASURE_DURATION)?,
+            speed_m_per_s: table.number(&MEASURE_SPEED)?,
             hand: table.flag(&HELD)?,
             axis: table.choice(&MEASURE_AXIS)?,
             own: OwnLimits::NONE,

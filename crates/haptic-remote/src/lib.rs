@@ -17,6 +17,7 @@ mod holding;
 mod impossible;
 mod limits;
 mod link_error;
+mod moved;
 #[cfg(feature = "controllers")]
 #[cfg_attr(
     not(feature = "std"),
@@ -52,6 +53,7 @@ pub use holding::controller_law;
 pub use impossible::Impossible;
 pub use limits::{wire_guard, wire_limits};
 pub use link_error::{LinkError, check_keys};
+pub use moved::MovedRobot;
 #[cfg(feature = "controllers")]
 pub use newtons::ForceFactors;
 pub use patience::Patience;

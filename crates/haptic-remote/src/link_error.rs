@@ -2,7 +2,7 @@
 
 use crate::Impossible;
 use core::fmt;
-use haptic_link::{FaultReport, Keys, LineCounters, Refusal};
+use haptic_link::{Conduct, FaultReport, Keys, LineCounters, Refusal};
 use haptic_loop::Fault;
 use thiserror::Error;
 
@@ -111,9 +111,26 @@ pub enum LinkError {
         "the device moves instead of pushing, and nothing is known of its motion: give device_model=robot.toml, a file with [admittance], its bandwidth_hz and dead_time_s"
     )]
     UnknownRobot,
+    /// The device moves, and its own loop is not known.
+    #[error(
+        "the robot's bandwidth_hz and dead_time_s are not known: find them with host-cli device measure, and give its program a file that has them"
+    )]
+    UnmeasuredRobot,
     /// The port or its other end is gone.
     #[error("the connection is gone: check the device's power supply, and its plug or network")]
     Gone,
+}
+
+impl LinkError {
+    /// The refusal of a device that moves, by a host that knows nothing of its motion.
+    #[must_use]
+    pub const fn of_robot(conduct: Conduct) -> Self {
+        if conduct.to_measure {
+            Self::UnmeasuredRobot
+        } else {
+            Self::UnknownRobot
+        }
+    }
 }
 
 /// A number in single precision with few digits, as `fracdiff::parameter::Shown` has one in double.

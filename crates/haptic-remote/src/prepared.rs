@@ -41,6 +41,7 @@ pub const fn abilities(board: &str, axes: u8) -> Capabilities {
         lets_go_alone: Conduct {
             lets_go: true,
             moves: false,
+            to_measure: false,
         },
     }
 }

@@ -150,7 +150,10 @@ fn text_at<'t>(path: &Path, logged: Option<&'t str>) -> Result<Cow<'t, str>, Fil
 }
 
 /// True of the device file of a robot.
-fn is_robot(path: &Path, text: &str) -> Result<bool, FileError> {
+///
+/// # Errors
+/// A text that is no document.
+pub fn is_robot(path: &Path, text: &str) -> Result<bool, FileError> {
     Parsed::of(path, text).map(|document| document.has(ADMITTANCE))
 }
 

@@ -45,7 +45,7 @@ const MODELS: [(&str, &[Parameter]); 4] = [
 const CHOICE: &str =
     "a plant file has one of [transfer_function], [device], [state_space], [measured_response]";
 /// Intervals of a measured device, with its keys.
-const INTERVALS: &str = "intervals";
+pub(crate) const INTERVALS: &str = "intervals";
 /// Newtons of a device that were checked.
 const CALIBRATION: &str = "calibration";
 
@@ -94,8 +94,8 @@ pub(crate) fn source_of(source: Table<'_>) -> Result<(), FileError> {
     source.text(&p::SOURCE_NOTE).map(|_| ())
 }
 
-/// `[source]` of a plant that this program made.
-fn made_by(program: &str, note: &str) -> String {
+/// `[source]` of what this program made.
+pub(crate) fn made_by(program: &str, note: &str) -> String {
     let (program, note) = (program.to_owned(), note.to_owned());
     source([(p::SOURCE_PROGRAM, &program), (p::SOURCE_NOTE, &note)])
 }

@@ -15,11 +15,12 @@ use crate::advice::{analysed, parameter};
 use crate::keys::admittance::{
     ADMITTANCE_TABLE, BODY_DAMPING, BODY_INERTANCE, BODY_LAG, BODY_ORDER, BODY_SCHEME,
     FORCE_CUTOFF, FORCE_LAGS, HANDS_DAMPING, HANDS_MASS, HANDS_STIFFNESS, MOTION_ACCELERATION,
-    MOTION_HIGH, MOTION_LOW, MOTION_SPEED, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME,
+    MOTION_HIGH, MOTION_LOW, MOTION_SPEED, ROBOT, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME,
     ROBOT_NOISE, ROBOT_RANGE, TOOL_MASS,
 };
-use crate::plant_file::source_of;
+use crate::plant_file::{INTERVALS, made_by, source_of};
 use fracdiff::parameter::Shown;
+use fracdiff::portable::Form;
 use fracdiff::scheme::{Operator, OperatorHistory};
 use fracdiff::{Differintegrator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{
@@ -27,7 +28,7 @@ use haptic_analysis::{
     HandImpedance, LoopOperator, Robot, VelocityLoop,
 };
 use haptic_document::parameters::Parameter;
-use haptic_document::{Cause, Failure, FileError, Parsed, Table};
+use haptic_document::{Cause, Failure, FileError, Interval, Parsed, Table};
 use haptic_loop::plant::{RobotHand, RobotLoop, SimulatedRobot, SimulatedRobotConfig};
 use haptic_loop::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre,
@@ -37,6 +38,7 @@ use haptic_loop::{
     Admittance, LaggedRate, LaggedRateHistory, LoopParameterError, MotionChain, MotionLimits,
     MotionStartRefused, VirtualBody,
 };
+use haptic_remote::{COEFFICIENTS_MAX, DeviceOperator};
 use std::path::Path;
 
 /// The table of a robot.
@@ -53,6 +55,15 @@ pub struct RobotModel {
     pub body: BodyValues,
     /// Limits of its motion.
     pub limits: MotionLimits<1>,
+}
+
+/// A robot as its own program reads it.
+#[derive(Clone, Debug)]
+pub struct OwnRobot {
+    /// Limits of its motion.
+    pub limits: MotionLimits<1>,
+    /// All that its file says; `None` of one that is to be measured: neither its bandwidth nor its dead time is known.
+    pub model: Option<RobotModel>,
 }
 
 /// All but the body: the robot, and the hands that push it.
@@ -185,6 +196,38 @@ impl BodyValues {
     }
 }
 
+impl BodyValues {
+    /// The body in single precision and in the memory of a device: nothing is allocated when it starts anew.
+    ///
+    /// # Errors
+    /// A scheme that runs on no device, in words.
+    pub fn on_device(&self, t: Seconds) -> Result<VirtualBody<f32, DeviceOperator>, String> {
+        let made = if let Some(lag_s) = self.lag_s {
+            // y ← g·x − g·x₁ + k·y₁, as of a LaggedRate
+            let (gain, kept) = (1.0 / (t.0 + lag_s), lag_s / (t.0 + lag_s));
+            let values = [gain, -gain, -kept].map(|value| value as f32);
+            DeviceOperator::new(Form::Recursion, 0, &values)
+        } else {
+            let order = self.operator.order();
+            let built =
+                rendered::<f32>(self.scheme, order, t).map_err(|error| error.to_string())?;
+            let Some(list) = built.list() else {
+                let scheme = self.scheme;
+                return Err(format!(
+                    "body_scheme = {scheme} runs on no device: give full"
+                ));
+            };
+            DeviceOperator::new(list.form, list.integer, &list.values)
+        };
+        let operator = made.map_err(|error| {
+            format!("body_scheme has more than {COEFFICIENTS_MAX} taps, or another flaw ({error}): give full")
+        })?;
+        let damping = NewtonSecondsPerMetre(self.damping);
+        let body = VirtualBody::new(self.inertance, damping, operator);
+        body.map_err(|error| error.to_string())
+    }
+}
+
 /// The operator of a body: of a scheme, or the rate of a lagged mass.
 #[derive(Clone, Debug)]
 pub enum BodyOperator {
@@ -251,10 +294,9 @@ impl RobotInHands {
     /// # Errors
     /// A missing key, one without effect, or a number outside its range.
     pub fn of(table: &Table<'_>, t: f64) -> Result<Self, Failure> {
-        let (frequency, ratio) = (
-            table.required(&ROBOT_BANDWIDTH)?,
-            table.number(&ROBOT_DAMPING)?,
-        );
+        let [frequency, dead_time] =
+            [&ROBOT_BANDWIDTH, &ROBOT_DEAD_TIME].map(|key| measured(table, key));
+        let (frequency, ratio) = (frequency?, table.number(&ROBOT_DAMPING)?);
         let motion = VelocityLoop::second_order(frequency, ratio).map_err(analysed)?;
         let filter = match table.number_if(&FORCE_CUTOFF)? {
             Some(cutoff_hz) => ForceFilter {
@@ -268,7 +310,7 @@ impl RobotInHands {
             }
             None => ForceFilter::NONE,
         };
-        let dead_time = table.required(&ROBOT_DEAD_TIME)?;
+        let dead_time = dead_time?;
         let tool = table.number(&TOOL_MASS)?;
         let robot = Robot::new(motion, dead_time, filter, tool, t).map_err(analysed)?;
         let turns = RobotLoop::second_order(Hertz(frequency), ratio).map_err(parameter)?;
@@ -421,28 +463,9 @@ impl RobotModel {
         };
         let mut place = RobotInHands::of(table, t).map_err(refused)?;
         let body = BodyValues::of(table, t).map_err(refused)?;
-        let range = Newtons(table.number(&ROBOT_RANGE)?);
-        place.simulated.sensor_range = range;
+        let limits = limits(table, t)?;
+        place.simulated.sensor_range = limits.sensor_range;
         place.simulated.sensor_noise = Newtons(table.number(&ROBOT_NOISE)?);
-        let [low, high] = [table.number(&MOTION_LOW)?, table.number(&MOTION_HIGH)?];
-        if low >= high {
-            let reason = format!(
-                "motion_low_m = {} is not below motion_high_m = {}: exchange them",
-                Shown(low),
-                Shown(high)
-            );
-            return Err(table.fail_at(MOTION_LOW.key, reason));
-        }
-        let limits = MotionLimits::of(
-            MetresPerSecond(table.number(&MOTION_SPEED)?),
-            MetresPerSecondSquared(table.number(&MOTION_ACCELERATION)?),
-            [Metres(low)],
-            [Metres(high)],
-            range,
-        );
-        let checked: Result<MotionChain<f64, 1>, LoopParameterError> =
-            MotionChain::new(&limits, Seconds(t));
-        checked.map_err(|error| table.fail(error))?;
         Ok(Self {
             place,
             body,
@@ -455,16 +478,108 @@ impl RobotModel {
     /// # Errors
     /// A file that is wrong, or describes something else, with its place.
     pub fn parse(path: &Path, text: &str, t: f64) -> Result<Self, FileError> {
-        let document = Parsed::of(path, text)?;
-        let choice = "the device file of a robot has [admittance]";
-        let (_, table, mut tables) =
-            document.one_of(&[ADMITTANCE], &["source"], "device", choice)?;
-        if let Some(source) = tables.remove("source") {
-            source_of(source)?;
-        }
-        let table = table.with_keys(&[(ADMITTANCE, ADMITTANCE_TABLE)])?;
-        Self::of(&table, t)
+        in_file(path, text, |table| Self::of(table, t))
     }
+}
+
+impl OwnRobot {
+    /// The robot of a device file, at this sample time, s; `path` is for messages.
+    ///
+    /// # Errors
+    /// A file that is wrong, or describes something else, with its place; one of bandwidth and dead time without the other.
+    pub fn parse(path: &Path, text: &str, t: f64) -> Result<Self, FileError> {
+        in_file(path, text, |table| {
+            let is_known = [&ROBOT_BANDWIDTH, &ROBOT_DEAD_TIME].map(|key| table.has(key));
+            if is_known == [false; 2] {
+                let limits = limits(table, t)?;
+                return Ok(Self {
+                    limits,
+                    model: None,
+                });
+            }
+            let model = RobotModel::of(table, t)?;
+            Ok(Self {
+                limits: model.limits,
+                model: Some(model),
+            })
+        })
+    }
+}
+
+/// A number that must be there, which a measurement finds.
+fn measured(table: &Table<'_>, key: &Parameter) -> Result<f64, FileError> {
+    table.number_if(key)?.ok_or_else(|| {
+        let missing = format!("missing key `{}` in [{}]", key.key, table.name);
+        let advice = format!(": give {key}, which `device measure` finds on the robot");
+        table.fail(missing).of_file(advice)
+    })
+}
+
+/// The device file of a robot, whose loop this program measured: with the places for all else.
+pub fn measured_file(
+    values: [f64; 3],
+    intervals: &[Interval],
+    program: &str,
+    note: &str,
+) -> String {
+    let keys = [ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME];
+    let mut text = "[admittance]\n".to_owned();
+    for (key, value) in keys.iter().zip(values) {
+        text += &format!("{} = {value:?}\n", key.key);
+    }
+    text += &format!(
+        "# The body that a hand moves has to be chosen: {}, {}, {}\n",
+        BODY_INERTANCE.key, BODY_DAMPING.key, BODY_ORDER.key
+    );
+    text += "\n# 95 of 100 such intervals have the true value in them.\n[intervals]\n";
+    for Interval { key, low, high } in intervals {
+        text += &format!("{key} = [{low:?}, {high:?}]\n");
+    }
+    text + &made_by(program, note)
+}
+
+/// The limits of motion of a table.
+fn limits(table: &Table<'_>, t: f64) -> Result<MotionLimits<1>, FileError> {
+    let range = Newtons(table.number(&ROBOT_RANGE)?);
+    let [low, high] = [table.number(&MOTION_LOW)?, table.number(&MOTION_HIGH)?];
+    if low >= high {
+        let reason = format!(
+            "motion_low_m = {} is not below motion_high_m = {}: exchange them",
+            Shown(low),
+            Shown(high)
+        );
+        return Err(table.fail_at(MOTION_LOW.key, reason));
+    }
+    let limits = MotionLimits::of(
+        MetresPerSecond(table.number(&MOTION_SPEED)?),
+        MetresPerSecondSquared(table.number(&MOTION_ACCELERATION)?),
+        [Metres(low)],
+        [Metres(high)],
+        range,
+    );
+    let checked: Result<MotionChain<f64, 1>, LoopParameterError> =
+        MotionChain::new(&limits, Seconds(t));
+    checked.map_err(|error| table.fail(error))?;
+    Ok(limits)
+}
+
+/// The table of a device file, read.
+fn in_file<T>(
+    path: &Path,
+    text: &str,
+    read: impl FnOnce(&Table<'_>) -> Result<T, FileError>,
+) -> Result<T, FileError> {
+    let document = Parsed::of(path, text)?;
+    let choice = "the device file of a robot has [admittance]";
+    let beside = ["source", INTERVALS];
+    let (_, table, mut tables) = document.one_of(&[ADMITTANCE], &beside, "device", choice)?;
+    if let Some(source) = tables.remove("source") {
+        source_of(source)?;
+    }
+    if let Some(intervals) = tables.remove(INTERVALS) {
+        intervals.with_keys(&[(INTERVALS, ROBOT)])?;
+    }
+    read(&table.with_keys(&[(ADMITTANCE, ADMITTANCE_TABLE)])?)
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ use haptic_experiment::parameters::{
 };
 use haptic_quantity::{doubt, kind_of_key, parse_for_key, without_unit};
 use haptic_trial::DeviceModel;
+use haptic_trial::device_table::is_robot;
 use serde::de::DeserializeOwned;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -353,6 +354,16 @@ pub(crate) struct DeviceModelArguments {
 impl DeviceModelArguments {
     pub(crate) const fn is_given(&self) -> bool {
         self.device_model.is_some()
+    }
+
+    /// The path of the file of a robot, and its text.
+    pub(crate) fn robot(&self) -> Result<Option<(&Path, String)>, Failure> {
+        let Some(path) = self.device_model.as_deref() else {
+            return Ok(None);
+        };
+        let text = DeviceModel::text(path)?;
+        let robot = is_robot(path, &text)?.then(|| (path, text.into_owned()));
+        Ok(robot)
     }
 
     pub(crate) fn read(&self) -> Result<Option<DeviceModel>, Failure> {

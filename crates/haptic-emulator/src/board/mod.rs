@@ -9,6 +9,7 @@
 
 mod error;
 mod facing;
+mod moving;
 mod port;
 mod pressing;
 mod scripted;
@@ -19,6 +20,8 @@ mod tests;
 
 pub use error::EmulatorError;
 pub use facing::emulate_facing;
+pub use moving::EmulatedRobot;
+use moving::MovingBoard;
 pub use port::{BoardPort, PortKind};
 pub use pressing::AtHandle;
 use pressing::PressingBoard;
@@ -59,6 +62,7 @@ const WAITING_MOST: usize = 4096;
 ///     body: None,
 ///     sensor: None,
 ///     at_handle: None,
+///     robot: None,
 ///     speed: 1.0,
 ///     faults: LineFaults { drop: 0.01, ..LineFaults::default() },
 ///     seed: 1,
@@ -80,6 +84,8 @@ pub struct Emulation {
     pub sensor: Option<ForceSensorConfig>,
     /// The specimen or the hand at its handle, if there is one; of one axis, and not of boards that face each other.
     pub at_handle: Option<AtHandle>,
+    /// A robot that moves in the place of all of these.
+    pub robot: Option<EmulatedRobot>,
     /// Device seconds per second of the clock: 1 in real time.
     pub speed: f64,
     /// Faults of the line, both ways.
@@ -111,6 +117,11 @@ pub fn emulate(
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
     const NAME: &str = "emulated";
+    if let Some(robot) = &emulation.robot {
+        let board = MovingBoard::new(NAME, robot)?;
+        let [done] = run([(line, emulation, board)], &TickTime::default(), stop)?;
+        return Ok(done);
+    }
     match (emulation.axes, &emulation.at_handle) {
         (1, Some(there)) => emulate_board(line, emulation, PressingBoard::new(NAME, there)?, stop),
         (axes, Some(_)) => Err(EmulatorError::AtHandle(axes)),

@@ -20,6 +20,7 @@ fn a_board_that_was_stopped_for_five_seconds_answers_at_once_and_goes_on() {
         body: None,
         sensor: None,
         at_handle: None,
+        robot: None,
         speed: 1.0,
         faults: LineFaults::default(),
         seed: 1,

@@ -280,6 +280,7 @@ pub(crate) fn reports() -> Vec<DeviceReport> {
             lets_go_alone: Conduct {
                 lets_go: true,
                 moves: true,
+                to_measure: false,
             },
         }),
         ack(Outcome::Done),

@@ -247,13 +247,19 @@ proptest! {
 
 #[test]
 fn firmware_that_knows_no_motion_says_the_same_as_ever() {
-    for (byte, lets_go, moves) in [
-        (0, false, false),
-        (1, true, false),
-        (2, false, true),
-        (3, true, true),
+    for (byte, [lets_go, moves, to_measure]) in [
+        (0, [false, false, false]),
+        (1, [true, false, false]),
+        (2, [false, true, false]),
+        (3, [true, true, false]),
+        (6, [false, true, true]),
+        (7, [true, true, true]),
     ] {
-        let conduct = Conduct { lets_go, moves };
+        let conduct = Conduct {
+            lets_go,
+            moves,
+            to_measure,
+        };
         assert_eq!(postcard::from_bytes(&[byte]), Ok(conduct));
         let mut room = [9; 1];
         assert_eq!(
@@ -261,7 +267,9 @@ fn firmware_that_knows_no_motion_says_the_same_as_ever() {
             Ok(&[byte][..])
         );
     }
-    assert!(postcard::from_bytes::<Conduct>(&[4]).is_err());
+    for unknown in [4, 5, 8] {
+        assert!(postcard::from_bytes::<Conduct>(&[unknown]).is_err());
+    }
     // A host from before takes a device that moves for damaged.
     assert!(postcard::from_bytes::<bool>(&[2]).is_err());
 }

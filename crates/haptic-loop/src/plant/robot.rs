@@ -4,7 +4,9 @@ use super::discretise::{moved, transition};
 use super::mass_damper::{MAX_DELAY_SAMPLES, whole_and_fraction};
 use super::noise::normal;
 use crate::error::Checks;
-use crate::units::{Hertz, Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
+use crate::units::{
+    Hertz, Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds,
+};
 use crate::{LoopParameterError, MotionReading, MovingDevice, SafeMotion};
 use core::convert::Infallible;
 use core::f64::consts::TAU;
@@ -98,7 +100,11 @@ pub struct SimulatedRobotConfig {
     pub sensor_noise: Newtons,
     /// Force of a count of the sensor, N; 0 for none.
     pub sensor_resolution: Newtons,
-    /// The seed of its noise: the same seed makes the same noise, bit for bit.
+    /// σ of the noise of the measured position, m, at least 0; white, one number per axis and reading.
+    pub position_noise: Metres,
+    /// A count of the measured position, m; 0 for none.
+    pub position_resolution: Metres,
+    /// The seed of both noises: the same seed makes the same noise, bit for bit.
     pub seed: u64,
 }
 
@@ -116,6 +122,8 @@ impl SimulatedRobotConfig {
             sensor_range: Newtons(100.0),
             sensor_noise: Newtons(0.0),
             sensor_resolution: Newtons(0.0),
+            position_noise: Metres(0.0),
+            position_resolution: Metres(0.0),
             seed: 0,
         }
     }
@@ -210,6 +218,9 @@ impl<const D: usize> SimulatedRobot<D> {
             config.sensor_resolution.0,
             "N",
         );
+        let (noise, count) = (config.position_noise.0, config.position_resolution.0);
+        checks.not_negative("noise of the position", noise, "m");
+        checks.not_negative("resolution of the position", count, "m");
         let (delay, fraction) =
             whole_and_fraction("dead time", config.dead_time, sample_time, &mut checks);
         checks.done()?;
@@ -332,17 +343,7 @@ impl<const D: usize> SimulatedRobot<D> {
         };
         let (noise, generator) = (self.config.sensor_noise.0, &mut self.generator);
         let shown = forces.map(|force| {
-            let noise = if noise > 0.0 {
-                noise * normal(generator)
-            } else {
-                0.0
-            };
-            let shown = gain * force + offset + noise;
-            let shown = if count > 0.0 {
-                count * libm::round(shown / count)
-            } else {
-                shown
-            };
+            let shown = counted(gain * force + offset, noise, count, generator);
             shown.clamp(-most, most)
         });
         self.shown_tick = self.tick;
@@ -359,12 +360,33 @@ impl<const D: usize> SimulatedRobot<D> {
     }
 }
 
+/// A value with the noise of its sensor, in its counts.
+fn counted(value: f64, noise: f64, count: f64, generator: &mut Pcg32) -> f64 {
+    let noise = if noise > 0.0 {
+        noise * normal(generator)
+    } else {
+        0.0
+    };
+    let shown = value + noise;
+    if count > 0.0 {
+        count * libm::round(shown / count)
+    } else {
+        shown
+    }
+}
+
 impl<F: Real, const D: usize> MovingDevice<F, D> for SimulatedRobot<D> {
     type Error = Infallible;
 
     fn sense(&mut self) -> Result<MotionReading<F, D>, Infallible> {
         let sample_time = self.config.sample_time.0;
         let shown = self.show();
+        let (noise, count) = (
+            self.config.position_noise.0,
+            self.config.position_resolution.0,
+        );
+        let position = self.position();
+        let position = position.map(|x| counted(x, noise, count, &mut self.generator));
         let age = match self.trouble {
             Some(SensorTrouble::Silent) => (self.tick - self.shown_tick) as f64 * sample_time,
             Some(_) | None => 0.0,
@@ -372,7 +394,7 @@ impl<F: Real, const D: usize> MovingDevice<F, D> for SimulatedRobot<D> {
         Ok(MotionReading {
             tick: self.tick,
             time_s: self.tick as f64 * sample_time,
-            position_m: self.position().map(F::from_f64),
+            position_m: position.map(F::from_f64),
             sensed_force_n: shown.map(F::from_f64),
             force_age_s: F::from_f64(age),
         })

@@ -9,8 +9,8 @@ use crate::measurement::drive::{DriveOutcome, Driven, drive, on_simulated};
 use crate::measurement::estimate::{MeasureError, Measured, device_model, estimate};
 use crate::measurement::response::{coherent, response};
 use crate::measurement::{
-    MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MEASUREMENT,
-    MeasurePlan, MotionRecord, OwnLimits, TABLES,
+    MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MEASURE_SPEED,
+    MEASUREMENT, MeasurePlan, MotionRecord, OwnLimits, TABLES,
 };
 use fracdiff::Seconds;
 use haptic_document::Document;
@@ -121,6 +121,7 @@ impl Default for MeasurePlan {
             force_limit_n: MEASURE_FORCE_LIMIT.default_number(),
             box_m: MEASURE_BOX.default_number(),
             duration_s: MEASURE_DURATION.default_number(),
+            speed_m_per_s: MEASURE_SPEED.default_number(),
             hand: false,
             axis: MeasuredAxis::default(),
             own: OwnLimits::NONE,

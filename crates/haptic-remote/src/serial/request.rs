@@ -285,8 +285,9 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn arm(&self, watchdog: Duration) -> Result<(), SerialError> {
-        if self.capabilities.lets_go_alone.moves && !self.knows_robot {
-            return Err(LinkError::UnknownRobot.into());
+        let conduct = self.capabilities.lets_go_alone;
+        if conduct.moves && !self.knows_robot {
+            return Err(LinkError::of_robot(conduct).into());
         }
         let quiet = (watchdog / 4).as_micros() as u64;
         self.shared.conversation().set_keep_alive(Some(quiet));

@@ -16,6 +16,7 @@ pub(crate) fn ideal() -> Emulation {
         body: None,
         sensor: None,
         at_handle: None,
+        robot: None,
         speed: 1.0,
         faults: LineFaults::default(),
         seed: 1,

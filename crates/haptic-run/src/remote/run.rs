@@ -141,7 +141,11 @@ impl<'a, M> RemoteRun<'a, M> {
         let (patience, stop) = (device.patience, Some(supervisor.stop));
         let mut link = (device.name).connect_with(D, patience, supervisor.warn, stop)?;
         device.calibrate(&mut link)?;
-        let moves = link.capabilities().lets_go_alone.moves;
+        let conduct = link.capabilities().lets_go_alone;
+        let moves = conduct.moves;
+        if conduct.to_measure {
+            return Err(Failure::input(LinkError::UnmeasuredRobot));
+        }
         fits_motion(moves, self.robot.is_some(), self.law.guard.0)?;
         if moves {
             link.knows_robot();

@@ -1,7 +1,7 @@
 //! A measurement from its document to its report.
 
 use crate::experiment::reading::remote_by;
-use crate::question::measurement::serial::on_serial;
+use crate::question::measurement::serial::{Moved, on_serial};
 use haptic_document::Warn;
 use haptic_document::parameters::{DEVICE, DEVICE_MODEL};
 use haptic_document::{Document, Failure, FileError};
@@ -12,6 +12,7 @@ use haptic_question::bench::SIMULATED;
 use haptic_question::measurement::drive::on_simulated;
 use haptic_question::measurement::estimate::{Measured, device_model, estimate};
 use haptic_question::measurement::response::{ResponseLine, coherent, response, table};
+use haptic_question::measurement::robot::{MeasuredRobot, estimate_robot};
 use haptic_question::measurement::{MEASURE_DEVICE, MEASUREMENT, MeasurePlan, TABLES};
 use haptic_run::remote::RemoteDevice;
 use haptic_trial::device_table::{device, with_devices, without};
@@ -89,60 +90,102 @@ impl Measurement {
         warn: Warn<'_>,
     ) -> Result<MeasureReport, Failure> {
         let plan = &self.plan;
-        let (record, device, board, plan) = match &self.remote {
+        let (record, device, board, plan, is_robot) = match &self.remote {
             Some(remote) => {
-                let (record, board, plan) = on_serial(plan, remote, warn, progress, stop)?;
-                (record, remote.name.to_string(), Some(board), plan)
+                let Moved {
+                    record,
+                    is_robot,
+                    board,
+                    plan,
+                } = on_serial(plan, remote, warn, progress, stop)?;
+                let name = remote.name.to_string();
+                (record, name, Some(board), plan, is_robot)
             }
             None => {
                 let record = on_simulated(plan, self.device, self.sensors, progress, stop)?;
-                (record, "sim".to_owned(), None, *plan)
+                (record, "sim".to_owned(), None, *plan, false)
             }
         };
-        let mut found = estimate(&record, plan.hand).map_err(|error| {
-            plan.held_back(&record)
-                .unwrap_or_else(|| Failure::input(error))
-        })?;
+        let mut found = if is_robot {
+            Found::Robot(estimate_robot(&record)?)
+        } else {
+            let found = estimate(&record, plan.hand).map_err(|error| {
+                plan.held_back(&record)
+                    .unwrap_or_else(|| Failure::input(error))
+            })?;
+            Found::Device(Box::new(found))
+        };
         let calibration = self
             .remote
             .as_ref()
             .and_then(|remote| remote.calibration.clone());
-        if let Some(calibration) = &calibration {
+        if let (Some(calibration), Found::Device(found)) = (&calibration, &mut found) {
             found.by_newtons_of(calibration.factor(&MOTOR_FACTOR));
         }
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let at = board.as_ref();
         let conditions = format!(
-            "{device}{}, {}, {} of multi-sine at {}, up to {} N in a box of {}, hand {}, model off by {} rms",
+            "{device}{}, {}, {} of {} at {}, up to {} in a box of {}, hand {}, model off by {} rms",
             at.map_or(String::new(), |board| format!(", {board}")),
             date.split('T').next().unwrap_or_default(),
             written("duration_s", plan.duration_s),
+            if is_robot { "steps" } else { "multi-sine" },
             written("sample_time_s", plan.sample_time_s),
-            digits(record.largest_force_n(), 4),
+            if is_robot {
+                written("speed_m_per_s", plan.speed_m_per_s)
+            } else {
+                format!("{} N", digits(record.largest_force_n(), 4))
+            },
             written("box_m", plan.box_m),
             if plan.hand { "on" } else { "off" },
-            written("residual_m", found.residual_rms_m)
+            written("residual_m", found.residual_rms_m())
         );
         let (reach_low_m, reach_high_m) = record.reach_m();
-        let lines = response(&record, &plan);
+        let lines = if is_robot {
+            Vec::new()
+        } else {
+            response(&record, &plan)
+        };
         Ok(MeasureReport {
             device,
-            calibration_text: (self.remote.as_ref()).map(RemoteDevice::calibration_in_words),
+            // A robot is measured in metres and seconds.
+            calibration_text: (self.remote.as_ref().filter(|_| !is_robot))
+                .map(RemoteDevice::calibration_in_words),
             calibration,
             board,
-            encoder_resolution_reason: (found.encoder_resolution_m == 0.0)
-                .then_some("no steps seen"),
+            encoder_resolution_reason: (found.has_no_steps()).then_some("no steps seen"),
             found,
-            largest_force_n: record.largest_force_n(),
+            largest_force_n: (!is_robot).then(|| record.largest_force_n()),
             reach_low_m,
             reach_high_m,
-            coherent_lines: coherent(&lines).count(),
+            coherent_lines: (!is_robot).then(|| coherent(&lines).count()),
             lines,
             model: None,
             frequency_response: None,
             figure: None,
             conditions,
         })
+    }
+}
+
+/// Numbers of a device that takes a force, or of a robot.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+enum Found {
+    Device(Box<Measured>),
+    Robot(MeasuredRobot),
+}
+
+impl Found {
+    const fn residual_rms_m(&self) -> f64 {
+        match self {
+            Self::Device(found) => found.residual_rms_m,
+            Self::Robot(found) => found.residual_rms_m,
+        }
+    }
+
+    fn has_no_steps(&self) -> bool {
+        matches!(self, Self::Device(found) if found.encoder_resolution_m == 0.0)
     }
 }
 
@@ -158,13 +201,14 @@ pub struct MeasureReport {
     /// Name of the board, and its firmware.
     board: Option<String>,
     #[serde(flatten)]
-    found: Measured,
+    found: Found,
     encoder_resolution_reason: Option<&'static str>,
-    largest_force_n: f64,
+    /// Not of a robot.
+    largest_force_n: Option<f64>,
     reach_low_m: f64,
     reach_high_m: f64,
-    /// Coherent lines of the frequency response, of 20; 0 if the record is too short.
-    coherent_lines: usize,
+    /// Coherent lines of the frequency response, of 20; 0 if the record is too short, none of a robot.
+    coherent_lines: Option<usize>,
     #[serde(skip)]
     lines: Vec<ResponseLine>,
     /// The device file, once it is written.
@@ -182,13 +226,25 @@ impl MeasureReport {
     /// Facts that a user should know, a sentence each.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
-        &self.found.warnings
+        match &self.found {
+            Found::Device(found) => &found.warnings,
+            Found::Robot(found) => &found.warnings,
+        }
     }
 
     /// Time since the start, s, position read and position of the model, m, of each fitted tick.
     #[must_use]
     pub fn curve(&self) -> &[[f64; 3]] {
-        &self.found.curve
+        match &self.found {
+            Found::Device(found) => &found.curve,
+            Found::Robot(found) => &found.curve,
+        }
+    }
+
+    /// True of a robot that takes a velocity.
+    #[must_use]
+    pub const fn is_robot(&self) -> bool {
+        matches!(self.found, Found::Robot(_))
     }
 
     /// The frequency response as a table that a plant file takes; `None` if the record is too short for one, or too few lines are coherent.
@@ -206,10 +262,15 @@ impl MeasureReport {
     /// The text of the device file, made by this program.
     #[must_use]
     pub fn device_file(&self, program: &str) -> String {
-        let model = DeviceModel {
-            calibration: self.calibration.clone(),
-            ..device_model(&self.found)
-        };
-        model.to_toml(program, &self.conditions)
+        match &self.found {
+            Found::Robot(found) => found.device_file(program, &self.conditions),
+            Found::Device(found) => {
+                let model = DeviceModel {
+                    calibration: self.calibration.clone(),
+                    ..device_model(found)
+                };
+                model.to_toml(program, &self.conditions)
+            }
+        }
     }
 }

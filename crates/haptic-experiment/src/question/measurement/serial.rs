@@ -5,8 +5,9 @@ use haptic_document::{Failure, Named as _};
 use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_question::measurement::drive::{DriveError, INTERRUPTED, drive};
+use haptic_question::measurement::robot::drive_robot;
 use haptic_question::measurement::{
-    MEASURE_AXIS, MeasurePlan, MeasuredAxis, MotionRecord, OwnLimits,
+    HELD, MEASURE_AXIS, MeasurePlan, MeasuredAxis, MotionRecord, OwnLimits,
 };
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
@@ -19,6 +20,15 @@ use nalgebra::SVector;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+/// Motion of a device that takes a force, or of a robot.
+pub(crate) struct Moved {
+    pub(crate) record: MotionRecord,
+    pub(crate) is_robot: bool,
+    /// Its board and firmware, in words.
+    pub(crate) board: String,
+    pub(crate) plan: MeasurePlan,
+}
+
 /// Measures a serial device. Its own limits hold too, where they are tighter.
 ///
 /// The delay that is found is the device's own: the line is not in it, as the force of each tick is the one that the device says it applied.
@@ -28,20 +38,46 @@ pub(crate) fn on_serial(
     warn: Warn<'_>,
     progress: &dyn Fn(u64),
     stop: &Arc<AtomicBool>,
-) -> Result<(MotionRecord, String, MeasurePlan), Failure> {
-    let (mut link, set, plan) = opened(plan, remote, warn, stop)?;
+) -> Result<Moved, Failure> {
+    let (mut link, set, mut plan) = opened(plan, remote, warn, stop)?;
+    let is_robot = link.capabilities().lets_go_alone.moves;
+    if is_robot {
+        fits_robot(&plan, &link)?;
+        link.knows_robot();
+        plan = plan.of_robot();
+    }
     let mut applied = |axis: &Stoppable<'_>, _sent: f64| axis.forces_n()[0];
     let driven = armed(&plan, remote, &mut link, &set, warn, stop, |axis| {
+        if is_robot {
+            return drive_robot(&plan, axis, &mut applied, progress, stop);
+        }
         let driven = drive(&plan, axis, &mut applied, progress, stop)?;
         driven.outcome.require_complete(&plan)?;
-        Ok(driven)
+        Ok(driven.record)
     });
-    let driven = driven.map_err(|failure| at_link(&link, failure))?;
+    let record = driven.map_err(|failure| at_link(&link, failure))?;
     let can = link.capabilities();
     let simulated = if can.simulated { " (simulated)" } else { "" };
     let firmware = firmware_version(link.hello());
     let board = format!("{} {firmware}{simulated}", can.board());
-    Ok((driven.record, board, plan))
+    Ok(Moved {
+        record,
+        is_robot,
+        board,
+        plan,
+    })
+}
+
+/// Refuses a robot whose program knows its loop, and a hand at one.
+fn fits_robot(plan: &MeasurePlan, link: &SerialLink) -> Result<(), Failure> {
+    let refused = if !link.capabilities().lets_go_alone.to_measure {
+        "this robot's program has its bandwidth_hz and dead_time_s already: to measure them, start it with a file that has neither".to_owned()
+    } else if plan.hand {
+        format!("a robot is measured without a hand: omit {HELD}")
+    } else {
+        return Ok(());
+    };
+    Err(Failure::bad_input(refused))
 }
 
 /// Connects to the device of a plan; its loop is closed here. It gets the limits back that it has forgotten, and its link speaks of true

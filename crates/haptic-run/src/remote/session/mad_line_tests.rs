@@ -238,6 +238,7 @@ const BOARD: Emulation = Emulation {
     body: None,
     sensor: None,
     at_handle: None,
+    robot: None,
     speed: 1.0,
     faults: LineFaults {
         drop: 0.0,

@@ -1,6 +1,7 @@
 //! `device emulate`.
 
 mod inverse3;
+mod robot;
 mod specimen;
 
 use super::key_value::{count, in_range, key_and_value, keys_help, refused};
@@ -14,7 +15,8 @@ use haptic_devices::inverse3::Inverse3Name;
 use haptic_devices::moteus::{MoteusName, MoteusSettings};
 use haptic_document::short;
 use haptic_emulator::board::{
-    self, AtHandle, BoardPort, Body, Emulated, Emulation, EmulatorError, HandScript, PortKind,
+    self, AtHandle, BoardPort, Body, Emulated, EmulatedRobot, Emulation, EmulatorError, HandScript,
+    PortKind,
 };
 use haptic_emulator::{DuplexDamage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
@@ -78,6 +80,9 @@ impl Kind {
 ///
 /// With `hand=press:3mm/2s,withdraw` a hand holds it from the start of a run on, to rehearse an experiment with people: it goes 3 mm behind
 /// 0 for 2 s, 5 mm in front of it for 1 s, and so on. Each step has LENGTH/TIME or without; a spring of 300 N/m is between hand and handle.
+///
+/// With the file of a robot, one with [admittance], it moves, in the largest hand of that file, which a run pushes; `sample_time` is its
+/// own. With measured=false its program does not know its bandwidth and dead time, and device measure finds them.
 ///
 /// With `sensed_range` the board has a force sensor too, which shows the force of the hand or of the other board on it, and its log
 /// `sensed_force_n`.
@@ -206,7 +211,7 @@ fn all_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
     let of_kinds = HAPLY_KEYS.into_iter().chain(MOTEUS_KEYS);
     let of_kinds = of_kinds.chain(inverse3::KEYS);
     let of_board = LINE_KEYS.into_iter().chain(MOTOR_KEYS).chain(SENSOR_KEYS);
-    let of_board = of_board.chain(specimen::keys());
+    let of_board = of_board.chain(robot::KEYS).chain(specimen::keys());
     of_board.chain(of_kinds).chain(FACING_KEYS)
 }
 
@@ -236,6 +241,7 @@ struct Details {
     sensors: [[Option<f64>; 4]; 2],
     sensor_seeds: [u64; 2],
     motor_gain: Option<f64>,
+    robot: robot::Words,
     hardware: Version,
     /// The hand of a 2DIY; `None` strokes.
     hand: Option<haply::Hand>,
@@ -309,6 +315,10 @@ impl Details {
                 self.sensors[side][n] = Some(number(parameters::FORCE_SENSOR[n].range())?);
             }
             "sensed_seed" => self.sensor_seeds[side] = count(text, 0, u64::MAX)?,
+            "sample_time_s" => self.robot.sample_time_s = number(robot::SAMPLE_TIMES)?,
+            "encoder_resolution_m" => self.robot.encoder_resolution_m = number(ENCODERS)?,
+            "noise_m" => self.robot.noise_m = number(ENCODERS)?,
+            "measured" => self.robot.is_to_measure = robot::is_to_measure(text)?,
             "hardware" => {
                 let mut all = Version::ALL.into_iter();
                 let found = all.find(|version| version.number().to_string() == text);
@@ -368,6 +378,8 @@ const CONTACT_STIFFNESSES: Range = Range::AboveUpTo(0.0, 1e7);
 const CONTACT_DAMPINGS: Range = Range::Within(0.0, 1e5);
 const CONTACT_FRICTIONS: Range = Range::Within(0.0, 1e3);
 const GAPS: Range = Range::Within(0.0, 1.0);
+/// Step and noise of an encoder, m.
+const ENCODERS: Range = Range::Within(0.0, 1e-2);
 /// Newtons of a motor for each that is commanded.
 const MOTOR_GAINS: Range = Range::Within(-20.0, 20.0);
 /// That the line spoils a frame.
@@ -378,8 +390,13 @@ impl Arguments {
         let kind = self.kind.unwrap_or_default();
         let details = Details::read(&self.values)?;
         self.check_kind(kind, &details)?;
+        let robot = self.robot(kind, &details)?;
+        let own = match &robot {
+            Some(_) => None,
+            None => self.model.read()?,
+        };
         let bodies = [
-            self.model.read()?,
+            own,
             (details.facing_model.as_deref().map(DeviceModel::find)).transpose()?,
         ];
         let mut bodies = bodies.map(|model| model.as_ref().map(body));
@@ -441,6 +458,7 @@ impl Arguments {
                     body: bodies[side],
                     sensor: sensors[side],
                     at_handle: at_handle.clone(),
+                    robot: robot.clone(),
                     speed: self.speed,
                     faults: details.faults[side],
                     seed: details.seeds[side],
@@ -527,6 +545,30 @@ impl Arguments {
             return Ok(());
         };
         Err(Failure::bad_input(refusal))
+    }
+}
+
+impl Arguments {
+    /// The robot of the device file, if it is one.
+    fn robot(&self, kind: Kind, details: &Details) -> Result<Option<EmulatedRobot>, Failure> {
+        let Some((path, text)) = self.model.robot()? else {
+            return if details.has(&robot::KEYS) {
+                let reason = "sample_time, encoder_resolution, noise and measured apply only to a robot: give --device-model with the file of one";
+                Err(Failure::bad_input(reason))
+            } else {
+                Ok(None)
+            };
+        };
+        let is_alone = kind == Kind::Own && self.axes.unwrap_or(1) == 1 && self.facing.is_none();
+        if !is_alone
+            || details.has(&SENSOR_KEYS)
+            || details.has(&MOTOR_KEYS)
+            || !details.specimen.is_empty()
+        {
+            let reason = "a robot has one axis, its own force sensor and no motor, and nothing but a hand touches it: omit --kind, --axes, --facing, sensed_…, motor_gain and a specimen";
+            return Err(Failure::bad_input(reason));
+        }
+        details.robot.emulated(path, &text).map(Some)
     }
 }
 

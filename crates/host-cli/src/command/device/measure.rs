@@ -26,6 +26,9 @@ use std::time::Duration;
 /// device leaves --box, and on Ctrl-C, the force falls to zero. Put the device level, in the middle
 /// of its range, and let go; or hold it and give --held.
 ///
+/// A robot that takes a velocity, and whose program has a file without bandwidth_hz and dead_time_s, is measured by small steps of
+/// it, at `speed` at most, with nobody at its handle: these two and its damping ratio, for [admittance].
+///
 /// The intervals assume a mass with these properties and nothing else; the lower half of the
 /// picture shows what the model does not explain. The delay of a serial device does not include the
 /// line.
@@ -66,7 +69,7 @@ impl Arguments {
         let draw = || draw(&report);
         (report.model, report.figure) = outputs.write(text, draw);
         let table = report.response_table();
-        if self.file.out.is_some() && table.is_none() {
+        if self.file.out.is_some() && table.is_none() && !report.is_robot() {
             warn(
                 "no frequency response: give 8 s of multi-sine, and a larger force limit where friction hides the motion",
             );

@@ -294,6 +294,7 @@ impl Night {
             }),
             sensor: None,
             at_handle: None,
+            robot: None,
             speed: 1.0,
             faults: LineFaults::default(),
             seed: 1,
