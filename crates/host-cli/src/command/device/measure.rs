@@ -26,7 +26,7 @@ use std::time::Duration;
 /// device leaves --box, and on Ctrl-C, the force falls to zero. Put the device level, in the middle
 /// of its range, and let go; or hold it and give --held.
 ///
-/// A robot that takes a velocity, and whose program has a file without bandwidth_hz and dead_time_s, is measured by small steps of
+/// A robot that takes a velocity, and whose program has a file without bandwidth and dead time, is measured by small steps of
 /// it, at `speed` at most, with nobody at its handle: these two and its damping ratio, for [admittance].
 ///
 /// The intervals assume a mass with these properties and nothing else; the lower half of the
