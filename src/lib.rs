@@ -1,7 +1,9 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
-// This package owns the end-to-end tests and the benches; its library only re-exports.
+// The libraries that keep their promises, under the name of the project: it only re-exports. The package owns the end-to-end tests and the
+// benches, too.
 
 pub use fracdiff;
 pub use haptic_analysis;
 pub use haptic_loop;
+pub use haptic_tissue;

@@ -186,6 +186,7 @@ pub struct Source {
 
 /// A material that cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum MaterialError {
     /// A mistake in a file; lines count from 1.
     #[error("{}:{line}: {reason}", path.display())]

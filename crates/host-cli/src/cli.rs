@@ -166,6 +166,8 @@ enum Command {
     Completions(command::shell::Completions),
     /// Write the manual pages to a folder
     Man(command::shell::Man),
+    /// Print the licences of what is inside this program
+    Licenses,
 }
 
 impl Command {
@@ -193,6 +195,7 @@ impl Command {
             Self::Serve(arguments) => arguments.run(output),
             Self::Completions(arguments) => arguments.run(parser(), output),
             Self::Man(arguments) => arguments.run(parser(), output),
+            Self::Licenses => command::shell::licenses(output),
         }
     }
 }

@@ -29,7 +29,7 @@ const CHUNK_BYTES: u64 = 1 << 20;
 const DOUBLED_AFTER: u64 = 1 << 15;
 
 /// Name of the writer. Readers of this crate trust the channel numbers below if a log has this name.
-const LIBRARY: &str = concat!("host-cli ", env!("CARGO_PKG_VERSION"));
+const LIBRARY: &str = concat!("host-cli haptic-log ", env!("CARGO_PKG_VERSION"));
 /// Start of [`LIBRARY`], the same in every version.
 pub(super) const LIBRARY_NAME: &str = "host-cli ";
 /// MCAP channel of the ticks.

@@ -84,6 +84,7 @@ where
 
 /// A tick that did not reach the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum AdmittanceError<E: Debug> {
     /// The robot is at rest, and stays there until it is armed again.
     #[error("the robot has stopped: {0}")]

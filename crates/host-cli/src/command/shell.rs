@@ -1,4 +1,4 @@
-//! `completions` and `man`: for the shell.
+//! `completions` and `man`, for the shell, and `licenses`.
 
 use crate::output::Output;
 use clap::Args;
@@ -6,6 +6,18 @@ use haptic_experiment::Failure;
 use haptic_log::record::NewFile;
 use serde_json::json;
 use std::path::PathBuf;
+
+/// Texts of the licences of all that is inside; `packaging/build` names the file.
+#[cfg(packaged)]
+const LICENSES: &str = include_str!(env!("HOST_CLI_LICENSES"));
+/// Our own, where nobody has collected the others.
+#[cfg(not(packaged))]
+const LICENSES: &str = concat!(
+    "host-cli is licensed under MIT or Apache-2.0, at your choice.\n\n",
+    include_str!("../../LICENSE-MIT"),
+    "\nThis program was built from sources and carries no texts of the packages inside it; released programs do. \
+     `cargo tree -p host-cli --edges normal --prefix none --format \"{p} {l}\"` lists them in the repository.\n",
+);
 
 /// Arguments of `completions`.
 #[derive(Debug, Args)]
@@ -37,6 +49,13 @@ impl Completions {
         let report = json!({"shell": self.shell.to_string(), "script": script});
         output.text(&report, |out| out.write_all(script.as_bytes()))
     }
+}
+
+/// Prints the licences of what is inside the program.
+pub(crate) fn licenses(output: Output) -> Result<(), Failure> {
+    output.text(&json!({"licenses": LICENSES}), |out| {
+        out.write_all(LICENSES.as_bytes())
+    })
 }
 
 impl Man {

@@ -211,7 +211,7 @@ fn an_image_of_another_board_is_not_programmed() {
             ".",
             "--image=nucleo --device=serial:device",
             3,
-            "board emulated with firmware 0.1.0 answers",
+            "board emulated with firmware 0.0.1 answers",
         ),
     ] {
         let mut command = place.command(&format!("device flash --quiet {options}"));
