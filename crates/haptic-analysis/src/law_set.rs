@@ -33,7 +33,7 @@ pub struct PotRange {
 
 /// Spring-pots, side by side or in series.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Elements {
+pub enum LawElements {
     /// One alone.
     Pot(PotRange),
     /// Two parts whose forces add.
@@ -46,7 +46,7 @@ pub enum Elements {
 #[derive(Clone, Debug)]
 pub enum LawSet<'a> {
     /// All laws of these elements, as backward differences make them.
-    Elements(Elements),
+    Elements(LawElements),
     /// A wall with the operator that runs.
     Wall(SampledWall, &'a LoopOperator),
 }
@@ -207,7 +207,7 @@ impl Angles {
     }
 }
 
-impl Elements {
+impl LawElements {
     /// Refuses a size or an order that no element has.
     fn check(&self) -> Result<(), AnalysisError> {
         match self {
@@ -350,7 +350,7 @@ fn members(cell: &[PotRange]) -> Vec<Cell> {
     members.iter().map(|member| middle_of(member)).collect()
 }
 
-/// Where a range is halved: sizes are alike by their ratio.
+/// The place at which a range is halved: sizes are alike by their ratio.
 fn halfway([low, high]: Range) -> f64 {
     if low > 0.0 {
         libm::sqrt(low * high)
@@ -525,7 +525,7 @@ impl Proof<'_> {
                 if seen > CELLS || self.looks > LOOKS {
                     return Ok(Look::Wide);
                 }
-                // What is gained if one of them were a point.
+                // One of them as a point shows by how much it matters.
                 let mut best = (self.least(set, &cell, &at_middle, n), None);
                 for side in sides(&cell) {
                     let mut narrow = cell.clone();
@@ -588,12 +588,12 @@ impl Directions {
 /// Proves sets of laws, and all their mixes, on a device with its hand.
 ///
 /// ```
-/// use haptic_analysis::{Dynamics, Elements, LawSet, PotRange, SetVerdict, prove_laws};
+/// use haptic_analysis::{Dynamics, LawElements, LawSet, PotRange, SetVerdict, prove_laws};
 ///
 /// // All walls from 100 to 400 N/m with 1 to 4 N·s^μ/m of every order from 0.2 to 0.9.
 /// let spring = PotRange { size_n_s_alpha_per_m: [100.0, 400.0], order: [0.0, 0.0] };
 /// let pot = PotRange { size_n_s_alpha_per_m: [1.0, 4.0], order: [0.2, 0.9] };
-/// let walls = Elements::Parallel(Box::new([Elements::Pot(spring), Elements::Pot(pot)]));
+/// let walls = LawElements::Parallel(Box::new([LawElements::Pot(spring), LawElements::Pot(pot)]));
 /// let device = Dynamics::ideal(0.065, 3.5);
 /// let verdict = prove_laws(&device, 1e-3, &[LawSet::Elements(walls)])?;
 /// assert_eq!(verdict, SetVerdict::Proved);

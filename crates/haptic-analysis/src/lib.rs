@@ -46,7 +46,7 @@ pub use error::AnalysisError;
 pub use fracdiff::parameter::RangeError;
 pub use hand_port::HandPort;
 pub use largest::Largest;
-pub use law_set::{Elements, LawSet, PotRange, SetVerdict, prove_laws};
+pub use law_set::{LawElements, LawSet, PotRange, SetVerdict, prove_laws};
 pub use margin::WallMargins;
 pub use nearest::{WantedNumber, nearest};
 pub use noise::NoiseGain;

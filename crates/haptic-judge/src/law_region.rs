@@ -13,7 +13,7 @@ use fracdiff::Scheme;
 use fracdiff::full_memory::Kernel;
 use fracdiff::parameter::Shown;
 use haptic_analysis::{
-    Dynamics, Elements, LawSet, LoopOperator, PotRange, SampledWall, SetVerdict, prove_laws,
+    Dynamics, LawElements, LawSet, LoopOperator, PotRange, SampledWall, SetVerdict, prove_laws,
 };
 use haptic_document::Failure;
 use haptic_document::parameters::{Parameter, SCHEME};
@@ -56,54 +56,55 @@ fn numbers(law: &WallTrial) -> (Option<ModelKind>, Vec<Number>) {
 }
 
 /// The elements of a law, N·s^α/m.
-fn elements(law: &WallTrial) -> Elements {
+fn elements(law: &WallTrial) -> LawElements {
     let pot = |size: f64, order: f64| {
-        Elements::Pot(PotRange {
+        LawElements::Pot(PotRange {
             size_n_s_alpha_per_m: [size; 2],
             order: [order; 2],
         })
     };
-    let parallel = |a, b| Elements::Parallel(Box::new([a, b]));
+    let parallel = |a, b| LawElements::Parallel(Box::new([a, b]));
     let Some(piece) = &law.tissue else {
         let spring = pot(law.stiffness_n_per_m, 0.0);
         return parallel(spring, pot(law.dissipation_n_s_mu_per_m, law.order.get()));
     };
     let shape = piece.shape_m();
     let model = &piece.material.model;
-    let series = |a, b| Elements::Series(Box::new([a, b]));
+    let series = |a, b| LawElements::Series(Box::new([a, b]));
     model.joined(|size, order| pot(shape * size, order), parallel, series)
 }
 
 /// All that lies between two of one structure.
-fn between(low: &Elements, high: &Elements) -> Option<Elements> {
+fn between(low: &LawElements, high: &LawElements) -> Option<LawElements> {
     let range = |[a, _]: [f64; 2], [b, _]: [f64; 2]| [a.min(b), a.max(b)];
-    let both = |a: &[Elements; 2], b: &[Elements; 2]| {
+    let both = |a: &[LawElements; 2], b: &[LawElements; 2]| {
         Some(Box::new([between(&a[0], &b[0])?, between(&a[1], &b[1])?]))
     };
     Some(match (low, high) {
-        (Elements::Pot(a), Elements::Pot(b)) => Elements::Pot(PotRange {
+        (LawElements::Pot(a), LawElements::Pot(b)) => LawElements::Pot(PotRange {
             size_n_s_alpha_per_m: range(a.size_n_s_alpha_per_m, b.size_n_s_alpha_per_m),
             order: range(a.order, b.order),
         }),
-        (Elements::Parallel(a), Elements::Parallel(b)) => Elements::Parallel(both(a, b)?),
-        (Elements::Series(a), Elements::Series(b)) => Elements::Series(both(a, b)?),
+        (LawElements::Parallel(a), LawElements::Parallel(b)) => LawElements::Parallel(both(a, b)?),
+        (LawElements::Series(a), LawElements::Series(b)) => LawElements::Series(both(a, b)?),
         _ => return None,
     })
 }
 
 /// Sizes of a set so near to their least as this share of the way says; orders stay.
-fn shrunk(set: &Elements, share: f64) -> Elements {
-    let both = |parts: &[Elements; 2]| Box::new(parts.each_ref().map(|part| shrunk(part, share)));
+fn shrunk(set: &LawElements, share: f64) -> LawElements {
+    let both =
+        |parts: &[LawElements; 2]| Box::new(parts.each_ref().map(|part| shrunk(part, share)));
     match set {
-        Elements::Pot(pot) => {
+        LawElements::Pot(pot) => {
             let [least, most] = pot.size_n_s_alpha_per_m;
-            Elements::Pot(PotRange {
+            LawElements::Pot(PotRange {
                 size_n_s_alpha_per_m: [least, least + share * (most - least)],
                 order: pot.order,
             })
         }
-        Elements::Parallel(parts) => Elements::Parallel(both(parts)),
-        Elements::Series(parts) => Elements::Series(both(parts)),
+        LawElements::Parallel(parts) => LawElements::Parallel(both(parts)),
+        LawElements::Series(parts) => LawElements::Series(both(parts)),
     }
 }
 

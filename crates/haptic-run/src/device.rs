@@ -414,7 +414,7 @@ impl SerialName {
     }
 }
 
-/// Answers at the ports with USB numbers of boards; if there are none, those at the others, which a warning names before they are opened.
+/// Answers at the ports with USB numbers of boards; else those at the others, which a warning names before they are opened.
 fn answering<L>(
     ports: &[PortInfo],
     connected: impl Fn(&PortInfo) -> Option<L>,

@@ -11,7 +11,7 @@ pub struct LoopVerdict {
     pub stable: bool,
     /// Phase margin, rad; null if |L| is never 1, and of an unstable loop, which has no margins.
     pub phase_margin_rad: Option<f64>,
-    /// The crossover of that phase margin, rad/s; null where there is none.
+    /// The crossover of that phase margin, rad/s; null without one.
     pub crossover_rad_s: Option<f64>,
     /// The least gain above 1 at which the loop is at the edge; null if none is.
     pub gain_margin: Option<f64>,

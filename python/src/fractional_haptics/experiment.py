@@ -17,7 +17,8 @@ import atexit
 import inspect
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -332,16 +333,24 @@ def run(
     )
 
 
+@contextmanager
+def _files(tables: Iterable[Mapping[str, Any]]) -> Iterator[list[dict[str, Any]]]:
+    """Keys, with a file for each `tissue.Material`, which is there as long as they are read."""
+    with tempfile.TemporaryDirectory(prefix="fractional-haptics-") as folder:
+        plain = [dict(table) for table in tables]
+        for place, table in enumerate(plain):
+            tissue: Any = table.get("tissue")
+            if hasattr(tissue, "to_toml"):
+                table["tissue"] = Path(folder) / f"{place}.toml"
+                table["tissue"].write_text(tissue.to_toml(), encoding="utf-8")
+        yield plain
+
+
 def _answer(kind: str, parameters: dict[str, Any], progress: Progress | None) -> Answer:
     given = {key: value for key, value in parameters.items() if value is not None}
-    tissue: Any = given.get("tissue")
-    if not hasattr(tissue, "to_toml"):
-        report, heard = _native.answer(kind, given, progress)
-        return Answer({**report, "warnings": [*heard, *report.get("warnings", [])]})
-    with tempfile.TemporaryDirectory(prefix="fractional-haptics-") as folder:
-        file = Path(folder) / "tissue.toml"
-        file.write_text(tissue.to_toml(), encoding="utf-8")
-        return _answer(kind, {**given, "tissue": file}, progress)
+    with _files([given]) as (plain,):
+        report, heard = _native.answer(kind, plain, progress)
+    return Answer({**report, "warnings": [*heard, *report.get("warnings", [])]})
 
 
 _QUESTION = """{what}

@@ -20,17 +20,15 @@ from __future__ import annotations
 import json
 import math
 import os
-import tempfile
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, SupportsFloat
 
 from fractional_haptics import _native
 from fractional_haptics._values import Shown
-from fractional_haptics.experiment import Progress, _told
+from fractional_haptics.experiment import Progress, _files, _told
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -100,19 +98,6 @@ def _text(value: Any) -> str:
 
 def _key(wall: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
     return tuple(sorted((key, _text(value)) for key, value in wall.items()))
-
-
-@contextmanager
-def _files(walls: Iterable[Mapping[str, Any]]) -> Iterator[list[dict[str, Any]]]:
-    """The walls with a file for each `tissue.Material`, as long as they are read."""
-    with tempfile.TemporaryDirectory() as folder:
-        plain = [dict(wall) for wall in walls]
-        for place, wall in enumerate(plain):
-            tissue: Any = wall.get("tissue")
-            if hasattr(tissue, "to_toml"):
-                wall["tissue"] = Path(folder) / f"{place}.toml"
-                wall["tissue"].write_text(tissue.to_toml(), encoding="utf-8")
-        yield plain
 
 
 class Session:

@@ -3,22 +3,22 @@
 use fracdiff::{FrequencyResponse as _, Order, Scheme, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
-    Dynamics, Elements, LawSet, LoopOperator, PotRange, SampledWall, SetVerdict, prove_laws,
+    Dynamics, LawElements, LawSet, LoopOperator, PotRange, SampledWall, SetVerdict, prove_laws,
 };
 use std::f64::consts::PI;
 use testkit::{Random, assert_refused};
 
 const T: f64 = 1e-3;
 
-fn pot(size_n_s_alpha_per_m: [f64; 2], order: [f64; 2]) -> Elements {
-    Elements::Pot(PotRange {
+fn pot(size_n_s_alpha_per_m: [f64; 2], order: [f64; 2]) -> LawElements {
+    LawElements::Pot(PotRange {
         size_n_s_alpha_per_m,
         order,
     })
 }
 
-fn walls(k: [f64; 2], b: [f64; 2], order: [f64; 2]) -> Elements {
-    Elements::Parallel(Box::new([pot(k, [0.0; 2]), pot(b, order)]))
+fn walls(k: [f64; 2], b: [f64; 2], order: [f64; 2]) -> LawElements {
+    LawElements::Parallel(Box::new([pot(k, [0.0; 2]), pot(b, order)]))
 }
 
 fn proved(device: &Dynamics, sets: &[LawSet<'_>]) -> bool {
@@ -224,8 +224,8 @@ fn a_region_of_elements_in_series_reaches_to_where_a_member_is_unstable() {
         let sizes = |f: f64| [e, g, v].map(|size| [size, size + f * size]);
         let proof = largest(|f| {
             let [e, g, v] = sizes(f);
-            let series = Elements::Series(Box::new([pot(g, [0.0; 2]), pot(v, order)]));
-            let zener = Elements::Parallel(Box::new([pot(e, [0.0; 2]), series]));
+            let series = LawElements::Series(Box::new([pot(g, [0.0; 2]), pot(v, order)]));
+            let zener = LawElements::Parallel(Box::new([pot(e, [0.0; 2]), series]));
             proved(&device, &[LawSet::Elements(zener)])
         });
         let stable = largest(|f| {

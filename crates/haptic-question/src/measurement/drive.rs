@@ -236,7 +236,7 @@ impl MeasurePlan {
         let own: Vec<String> = own.into_iter().flatten().collect();
         let device = (!own.is_empty())
             .then(|| format!("the device {} (`host-cli device set`)", own.join(", and ")));
-        // Where the device alone is too slow, the measurement has the force.
+        // The measurement has the force where the device alone is too slow.
         let is_enough = force_n <= self.force_n() && device.is_some();
         let limit = (!is_enough).then(|| set_force(force_n));
         let all: Vec<String> = limit.into_iter().chain(device).collect();

@@ -39,7 +39,7 @@ const PIECES: usize = 40;
 const NUMBERS: usize = 5;
 /// Steps of the search.
 const STEPS: usize = 60;
-/// Shares of a velocity that a robot may lack: to be told, and to be refused.
+/// Shares of a velocity that a robot may lack: a warning from the first on, a refusal from the second on.
 const OFF: [f64; 2] = [0.02, 0.2];
 
 /// The law: velocities to and fro.
