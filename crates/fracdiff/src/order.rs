@@ -164,7 +164,7 @@ pub enum ParameterError {
     )]
     #[non_exhaustive]
     Quotient {
-        /// a₀.
+        /// The newest coefficient of the denominator, a₀.
         newest: f64,
         /// Σ|`a_j`| of the others.
         others: f64,

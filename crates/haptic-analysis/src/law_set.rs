@@ -27,14 +27,14 @@ use num_complex::Complex;
 pub struct PotRange {
     /// Least and largest V, N·s^α/m.
     pub size_n_s_alpha_per_m: [f64; 2],
-    /// Least and largest α.
+    /// Least and largest α, each from 0 to 2.
     pub order: [f64; 2],
 }
 
 /// Spring-pots, side by side or in series.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LawElements {
-    /// One alone.
+    /// A spring-pot, the end of every branch.
     Pot(PotRange),
     /// Two parts whose forces add.
     Parallel(Box<[Self; 2]>),
@@ -42,7 +42,7 @@ pub enum LawElements {
     Series(Box<[Self; 2]>),
 }
 
-/// One law, or many.
+/// Laws of a loop: one that runs, or all that elements may make.
 #[derive(Clone, Debug)]
 pub enum LawSet<'a> {
     /// All laws of these elements, as backward differences make them.
@@ -153,7 +153,6 @@ impl Disc {
     }
 }
 
-/// A number between two.
 type Range = [f64; 2];
 
 fn middle([low, high]: Range) -> f64 {
@@ -166,7 +165,7 @@ struct Angles {
     theta: Range,
     /// ln|s|, s in 1/s.
     ln_size: Range,
-    /// Argument of s, falling.
+    /// Argument of s, which falls from π/2 to 0 as θ rises.
     turn: Range,
 }
 
@@ -181,7 +180,7 @@ impl Angles {
         }
     }
 
-    /// The middle one alone.
+    /// The angle in the middle, as an interval without width.
     fn middle(&self, t: f64) -> Self {
         let theta = middle(self.theta);
         Self::new([theta, theta], t)
@@ -410,7 +409,7 @@ enum Look {
 
 struct Proof<'a> {
     plant: SampledPlant,
-    /// T²/m, m/N.
+    /// The factor T²/m that makes a force per way a pure number, m/N.
     unit: f64,
     t: f64,
     sets: &'a [LawSet<'a>],

@@ -153,7 +153,7 @@ impl LawRegion {
         })
     }
 
-    /// Its ranges in words.
+    /// Each number with its ends, in words.
     #[must_use]
     pub fn words(&self) -> String {
         words(self.ranges.iter().copied())

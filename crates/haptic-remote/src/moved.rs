@@ -75,7 +75,7 @@ impl<R: MovingDevice<f32, D>, const D: usize> MovedRobot<R, D> {
         }
     }
 
-    /// The robot itself.
+    /// The robot that is moved, as its driver knows it.
     pub const fn robot(&self) -> &R {
         self.robot.robot()
     }

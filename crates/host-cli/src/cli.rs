@@ -167,6 +167,7 @@ enum Command {
     /// Write the manual pages to a folder
     Man(command::shell::Man),
     /// Print the licences of what is inside this program
+    #[command(after_help = "Example: host-cli licenses > LICENSES.txt")]
     Licenses,
 }
 

@@ -23,7 +23,7 @@ pub struct EmulatedRobot {
     pub robot: SimulatedRobotConfig,
     /// Its virtual body; `None` for one that is to be measured.
     pub body: Option<VirtualBody<f32, DeviceOperator>>,
-    /// Limits of its motion.
+    /// Limits that the chain of motion keeps, whoever asks for more.
     pub limits: MotionLimits<1>,
 }
 

@@ -65,7 +65,7 @@ pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.into_iter().chain(QUESTIONS)
 }
 
-/// Initial values of required fields, with which the form runs: those of `experiments/` in the repository.
+/// Initial values of fields that are sent unless they are emptied, with which the form runs: those of `experiments/` in the repository.
 const SUGGESTED: &[(&str, &str, f64)] = &[
     ("wall", "order", 0.5),
     ("wall", "stiffness_n_per_m", 3000.0),
@@ -86,8 +86,11 @@ pub(crate) fn forms() -> Value {
     let form = |kind: &str| {
         let tables = parameters::of_kind(kind).into_iter().map(|(title, table)| {
             // The others have defaults.
-            let required = title == "required";
-            let field = |one| parameter(one, required, suggested(kind, one), &choices(one));
+            let field = |one| {
+                let suggested = suggested(kind, one);
+                let required = title == "required" || suggested.is_some();
+                parameter(one, required, suggested, &choices(one))
+            };
             let parameters: Vec<Value> = table.iter().map(field).collect();
             json!({"title": title, "parameters": parameters})
         });

@@ -35,9 +35,7 @@ const HOLDS_S: [f64; 8] = [0.4, 0.05, 0.1, 0.03, 0.2, 0.05, 0.15, 0.07];
 const TURNS: f64 = 0.6;
 /// Pieces of a motion whose residuals are taken for independent.
 const PIECES: usize = 40;
-/// Numbers of the model.
 const NUMBERS: usize = 5;
-/// Steps of the search.
 const STEPS: usize = 60;
 /// Shares of a velocity that a robot may lack: a warning from the first on, a refusal from the second on.
 const OFF: [f64; 2] = [0.02, 0.2];
@@ -184,15 +182,15 @@ fn complete(outcome: DriveOutcome, plan: &MeasurePlan) -> Result<(), Failure> {
 pub struct MeasuredRobot {
     /// ω/2π.
     pub bandwidth_hz: MeasuredNumber,
-    /// ζ.
+    /// ζ of its velocity loop, a pure number.
     pub damping_ratio: MeasuredNumber,
-    /// τ.
+    /// τ, from a command to the first change of velocity.
     pub dead_time_s: MeasuredNumber,
     /// g, its speed over the commanded one.
     pub gain: MeasuredNumber,
     /// Root mean square of model minus record.
     pub residual_rms_m: f64,
-    /// Number of ticks.
+    /// Ticks of the motion, lost ones too.
     pub samples: usize,
     /// Those of which no position came.
     pub lost_samples: usize,
@@ -231,7 +229,6 @@ impl MeasuredRobot {
 /// A motion, as the fit has it.
 struct Motion<'a> {
     record: &'a MotionRecord,
-    /// Commanded velocities, m/s.
     velocity: Vec<f64>,
 }
 

@@ -203,7 +203,6 @@ pub struct MeasureReport {
     #[serde(flatten)]
     found: Found,
     encoder_resolution_reason: Option<&'static str>,
-    /// Not of a robot.
     largest_force_n: Option<f64>,
     reach_low_m: f64,
     reach_high_m: f64,
