@@ -3,7 +3,7 @@
 //! ```text
 //! x(s) = x₀ + g·G(s)·e^(−τs)·v(s)/s        G = ω²/(s² + 2ζω·s + ω²)        v held from tick to tick
 //! ```
-//! *Excitation*: v, of some 60 to 97 % of the speed that is given, goes from one way to the other after times of [`HOLDS_S`], and earlier where the robot is [`TURNS`] of the box away from
+//! *Excitation*: v, of some 60 to 97 % of the speed that is given, goes from one way to the other after times of `HOLDS_S`, and earlier where the robot is `TURNS` of the box away from
 //! its start. The forces that command it, [`MEASURING_DAMPING_N_S_PER_M`] for each m/s, have passed the safety chain here, that of the device,
 //! and the robot's own chain of motion, within whose limits of speed and acceleration they are.
 //!
