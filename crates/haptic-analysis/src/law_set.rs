@@ -11,7 +11,7 @@
 //!   is side by side, since the law is straight in it, and anywhere between in a series, whose disc is 1/(1/a + 1/b).
 //! - *Halved* is what costs most, the angles, an order or a size, until the disc is on the side of n, or its middle is not: then n turns,
 //!   until the directions of all that were met fill a half turn. A grid alone proves nothing; a halving that goes on too long neither.
-//! - Below 1e-9 rad/sample the limit at rest alone is looked at. Rounding is taken off first.
+//! - Below 1e-9 rad/sample F is taken to be as it is there. Rounding is taken off first.
 //!
 //! Sources: the project's `theory.md`, 42; E. D. Popova, circular arithmetic after I. Gargantini, P. Henrici, *Circular arithmetic and the
 //! determination of polynomial zeros*, Numerische Mathematik 18, 1972.
@@ -114,18 +114,21 @@ impl Disc {
         }
     }
 
-    /// 1/z; without bound if 0 is in it.
+    /// 1/z; without bound if 0 is in it. What rounding did before, and does here where two squares nearly cancel, widens it.
     fn inverse(self) -> Self {
-        let square = self.centre.norm_sqr() - self.radius * self.radius;
-        if square <= 0.0 {
+        let size = self.centre.norm();
+        let radius = self.radius + ROUNDING * size;
+        let square = (size - radius) * (size + radius);
+        if square <= 0.0 || !square.is_finite() {
             return Self {
                 centre: Complex::new(0.0, 0.0),
                 radius: f64::INFINITY,
             };
         }
+        let blur = ROUNDING * size * size / square;
         Self {
             centre: self.centre.conj() / square,
-            radius: self.radius / square,
+            radius: (radius + blur * (radius + size)) / square,
         }
     }
 
