@@ -416,7 +416,9 @@ fn short_memory(
     length: usize,
 ) -> Result<(Order, [Vec<f64>; 2]), Failure> {
     let sampled = SampledModel::new(model, sample_time).map_err(Failure::input)?;
-    let quotient = sampled.short_memory(length).map_err(Failure::input)?;
+    let quotient = sampled.short_memory(length).map_err(|error| {
+        Failure::input_with_advice(error, format_args!("change N of grunwald:N in {SCHEME}"))
+    })?;
     Ok((sampled.order(), quotient))
 }
 

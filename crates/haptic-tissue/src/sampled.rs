@@ -204,7 +204,10 @@ impl Memory for SampledModel {
             };
             LEGENDRE_8.iter().map(pair).sum::<f64>()
         };
-        Some((mean(0.0) + mean(0.5 * PI)) / self.scale_pa)
+        let sum = mean(0.0) + mean(0.5 * PI);
+        // Springs and dashpots alone have no cut: what rounding leaves of nothing may be below 0.
+        let rounding = 16.0 * f64::EPSILON * real(0.0).abs();
+        Some(if sum.abs() > rounding { sum } else { 0.0 } / self.scale_pa)
     }
 
     fn mode(&self, index: usize) -> Option<DecayingMode> {

@@ -41,6 +41,21 @@ fn law<F: Real>(model: &SampledModel, horizon: f64) -> impl FnMut(f64) -> f64 + 
     }
 }
 
+/// Without a spring-pot there is no slow rest: rounding once made one below 0, and refused the model.
+#[test]
+fn springs_and_dashpots_are_rendered_for_any_length() {
+    for e in [1e4, 3e4] {
+        for eta in [1e3, 2e3, 9e3] {
+            let model = Model::from_parameters(ModelKind::Maxwell, &[e, eta]).expect("valid");
+            for length in 1..40 {
+                let horizon = 1.5e3 * f64::from(length);
+                let design = sampled(&model).design::<16, 112>(1e-6, horizon);
+                assert!(design.is_ok(), "{e} {eta} {horizon}: {design:?}");
+            }
+        }
+    }
+}
+
 /// Ramp and hold for 200 s at 1 kHz.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
