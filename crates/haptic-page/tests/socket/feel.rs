@@ -51,7 +51,7 @@ fn a_tissue_is_felt_relaxes_and_remembers() {
     });
     assert_eq!(
         (json!(pushed.request), pushed.channels, pushed.sample_time_s),
-        (live["id"].clone(), 7, 1e-3)
+        (live["id"].clone(), 10, 1e-3)
     );
     let position = pushed.largest(0).iter().copied().fold(f32::NAN, f32::max);
     assert!(position < 8e-3, "{position}");
