@@ -2,6 +2,7 @@
 
 import math
 import re
+import statistics
 import sys
 import threading
 from functools import partial
@@ -101,7 +102,8 @@ def test_a_robot_that_python_ticks_rests_where_its_wall_says(tmp_path) -> None:
             thread.join()
         assert device.fault is None and device.reason is None
     # At the end of the run the command rests at 2 N over 1 kN/m, and the robot with it.
-    rested = max(place for place, velocity in places if abs(velocity) < 1e-6)
+    # A place where it only turns is one of few.
+    rested = statistics.median(place for place, velocity in places if abs(velocity) < 1e-6 and place > 1e-3)
     assert abs(rested / 2e-3 - 1) < 0.01
     assert places[-1][1] == 0.0
     with AT_ANY(name="py", force_max_n=1.0, force_rate_max_n_per_s=1e3) as device, pytest.raises(ValueError, match="call tick, or give robot"):

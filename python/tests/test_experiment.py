@@ -179,7 +179,7 @@ def test_signatures_are_those_of_the_tables() -> None:
     assert parameters["strain"].default == 0.05
     assert parameters["tissue"].default == "prostate-cancerous"
     assert "strain : float, default 0.05\n    Strain to hold (above 0 and at most 1)." in experiment.relax.__doc__
-    assert inspect.signature(experiment.wall).parameters["order"].default is inspect.Parameter.empty
+    assert inspect.signature(experiment.wall).parameters["mass_kg"].default is inspect.Parameter.empty
     assert inspect.signature(experiment.zwidth).parameters["mass_kg"].default == 0.065
     assert "order" not in inspect.signature(experiment.zwidth).parameters
 
