@@ -1,7 +1,18 @@
 //! Powers and polynomials on the unit circle with their derivatives, and bounds of both over an interval.
 
 use certified_count::{Bounds, Jet, Place};
+use core::f64::consts::PI;
 use num_complex::Complex;
+
+/// The least angle that proofs look at, rad/sample: nearer to rest nothing changes but sizes.
+pub(crate) const NEAR_REST: f64 = 1e-9;
+
+/// Angles from there to π between which a proof begins: each twice the one before, then even ones.
+pub(crate) fn angles_to_pi() -> impl Iterator<Item = f64> {
+    let growing = core::iter::successors(Some(NEAR_REST), |theta| Some(2.0 * theta));
+    let slow = growing.take_while(|theta| *theta < PI / 64.0);
+    slow.chain((1..=64).map(|k| PI * f64::from(k) / 64.0))
+}
 
 /// w^k: by squaring while that is exact to a few rounding errors, by the angle beyond.
 pub(crate) fn w_to(place: &Place, k: usize) -> Complex<f64> {

@@ -16,6 +16,7 @@
 //! Sources: the project's `theory.md`, 42; E. D. Popova, circular arithmetic after I. Gargantini, P. Henrici, *Circular arithmetic and the
 //! determination of polynomial zeros*, Numerische Mathematik 18, 1972.
 
+use crate::curve::{NEAR_REST, angles_to_pi};
 use crate::{AnalysisError, Dynamics, LoopOperator, SampledPlant, SampledWall};
 use core::f64::consts::PI;
 use fracdiff::FrequencyResponse as _;
@@ -65,8 +66,6 @@ pub enum SetVerdict {
     },
 }
 
-/// The least angle looked at.
-const NEAR_REST: f64 = 1e-9;
 /// Halvings of a way between two angles; discs looked at, at most.
 const HALVINGS: u32 = 40;
 const LOOKS: u64 = 4_000_000;
@@ -181,12 +180,6 @@ impl Angles {
             ln_size: [ln_size(low), ln_size(high)],
             turn: [turn(high), turn(low)],
         }
-    }
-
-    /// The angle in the middle, as an interval without width.
-    fn middle(&self, t: f64) -> Self {
-        let theta = middle(self.theta);
-        Self::new([theta, theta], t)
     }
 
     /// s^α for all orders of a range: a sector of a ring.
@@ -410,20 +403,31 @@ enum Look {
     Blocked,
 }
 
+/// Angles with what the device is over all of them.
+struct Over {
+    angles: Angles,
+    /// A.
+    plant: Disc,
+    /// S·T²/m, m/N.
+    gain: Disc,
+}
+
 struct Proof<'a> {
     plant: SampledPlant,
     /// The factor T²/m that makes a force per way a pure number, m/N.
     unit: f64,
     t: f64,
     sets: &'a [LawSet<'a>],
+    /// Single members of each set.
+    members: &'a [Vec<Cell>],
     looks: u64,
 }
 
 impl Proof<'_> {
-    /// A and S over these angles.
-    fn device(&self, angles: &Angles) -> [Disc; 2] {
-        let [low, high] = angles.theta;
-        let (theta, half) = (middle(angles.theta), 0.5 * (high - low));
+    /// Angles between two, with A and S·T²/m there.
+    fn over(&self, ends: Range) -> Over {
+        let angles = Angles::new(ends, self.t);
+        let (theta, half) = (middle(ends), 0.5 * (ends[1] - ends[0]));
         let sin = libm::sin(0.5 * theta);
         // |dv/dθ| = 1
         let v = Disc {
@@ -442,29 +446,26 @@ impl Proof<'_> {
             radius: first * half,
         };
         let gain = polynomial(self.plant.numerator_in_v()).times(delays);
-        [polynomial(self.plant.denominator_in_v()), gain]
+        Over {
+            angles,
+            plant: polynomial(self.plant.denominator_in_v()),
+            gain: gain.scaled(self.unit),
+        }
     }
 
     /// Discs whose hull holds F of a cell.
-    fn values(&mut self, set: &LawSet<'_>, cell: &[PotRange], angles: &Angles) -> Vec<Disc> {
-        let [plant, gain] = self.device(angles);
-        let gain = gain.scaled(self.unit);
-        let laws = set.discs(cell, angles);
+    fn values(&mut self, set: &LawSet<'_>, cell: &[PotRange], over: &Over) -> Vec<Disc> {
+        let laws = set.discs(cell, &over.angles);
         self.looks += laws.len() as u64;
-        laws.iter()
-            .map(|law| plant.plus(gain.times(*law)))
-            .collect()
+        let values = laws
+            .iter()
+            .map(|law| over.plant.plus(over.gain.times(*law)));
+        values.collect()
     }
 
     /// The least of Re(n̄F) over a cell.
-    fn least(
-        &mut self,
-        set: &LawSet<'_>,
-        cell: &[PotRange],
-        angles: &Angles,
-        n: Complex<f64>,
-    ) -> f64 {
-        let values = self.values(set, cell, angles).into_iter();
+    fn least(&mut self, set: &LawSet<'_>, cell: &[PotRange], over: &Over, n: Complex<f64>) -> f64 {
+        let values = self.values(set, cell, over).into_iter();
         // A disc without bound times a point is no number, and has no least either.
         let least = values.map(|disc| disc.along(n)).map(|least| {
             if least.is_nan() {
@@ -476,9 +477,9 @@ impl Proof<'_> {
         least.fold(f64::INFINITY, f64::min)
     }
 
-    /// F of a single member at the middle angle.
-    fn member(&mut self, set: &LawSet<'_>, cell: &[PotRange], angles: &Angles) -> Complex<f64> {
-        let values = self.values(set, &middle_of(cell), &angles.middle(self.t));
+    /// F of a single member at one angle.
+    fn member(&mut self, set: &LawSet<'_>, cell: &[PotRange], at: &Over) -> Complex<f64> {
+        let values = self.values(set, &middle_of(cell), at);
         values
             .first()
             .map_or(Complex::new(0.0, 0.0), |disc| disc.centre)
@@ -486,22 +487,23 @@ impl Proof<'_> {
 
     /// F of the first set's middle at one angle.
     fn first(&mut self, theta: f64) -> Complex<f64> {
-        let set = &self.sets[0];
-        self.member(set, &set.cell(), &Angles::new([theta, theta], self.t))
+        let (set, at) = (&self.sets[0], self.over([theta; 2]));
+        self.member(set, &set.cell(), &at)
     }
 
-    fn look(&mut self, angles: &Angles) -> Look {
+    fn look(&mut self, ends: Range) -> Look {
+        let (over, at_middle) = (self.over(ends), self.over([middle(ends); 2]));
         let mut directions = Directions::default();
-        for set in self.sets {
-            for member in members(&set.cell()) {
-                directions.meet(self.member(set, &member, angles));
+        for (set, members) in self.sets.iter().zip(self.members) {
+            for member in members {
+                directions.meet(self.member(set, member, &at_middle));
             }
         }
         for _ in 0..TURNS {
             let Some(n) = directions.between() else {
                 return Look::Blocked;
             };
-            match self.tried(angles, n) {
+            match self.tried([&over, &at_middle], n) {
                 Ok(look) => return look,
                 Err(met) => directions.meet(met),
             }
@@ -510,16 +512,19 @@ impl Proof<'_> {
     }
 
     /// Looks whether all lies on the side of n; a member that does not is the error.
-    fn tried(&mut self, angles: &Angles, n: Complex<f64>) -> Result<Look, Complex<f64>> {
-        let at_middle = angles.middle(self.t);
+    fn tried(
+        &mut self,
+        [over, at_middle]: [&Over; 2],
+        n: Complex<f64>,
+    ) -> Result<Look, Complex<f64>> {
         for set in self.sets {
             let mut cells = vec![set.cell()];
             let mut seen = 0;
             while let Some(cell) = cells.pop() {
-                if self.least(set, &cell, angles, n) > 0.0 {
+                if self.least(set, &cell, over, n) > 0.0 {
                     continue;
                 }
-                let met = self.member(set, &cell, angles);
+                let met = self.member(set, &cell, at_middle);
                 if (n.conj() * met).re <= 0.0 {
                     return Err(met);
                 }
@@ -528,12 +533,12 @@ impl Proof<'_> {
                     return Ok(Look::Wide);
                 }
                 // One of them as a point shows by how much it matters.
-                let mut best = (self.least(set, &cell, &at_middle, n), None);
+                let mut best = (self.least(set, &cell, at_middle, n), None);
                 for side in sides(&cell) {
                     let mut narrow = cell.clone();
                     let range = side_of(&mut narrow, side);
                     *range = [middle(*range); 2];
-                    let least = self.least(set, &narrow, angles, n);
+                    let least = self.least(set, &narrow, over, n);
                     if least > best.0 {
                         best = (least, Some(side));
                     }
@@ -541,7 +546,7 @@ impl Proof<'_> {
                 let side = match best {
                     (_, Some(side)) => side,
                     // A series with 0 in its disc has no bound: first its widest side in e-folds.
-                    (f64::NEG_INFINITY, None) => match widest(&cell, angles) {
+                    (f64::NEG_INFINITY, None) => match widest(&cell, &over.angles) {
                         Some(side) => side,
                         None => return Ok(Look::Wide),
                     },
@@ -621,26 +626,24 @@ pub fn prove_laws(
             }
         }
     }
+    let members: Vec<Vec<Cell>> = sets.iter().map(|set| members(&set.cell())).collect();
     let mut proof = Proof {
         plant: device.plant(t)?,
         unit: t * t / device.mass_kg,
         t,
         sets,
+        members: &members,
         looks: 0,
     };
-    let growing = core::iter::successors(Some(NEAR_REST), |theta| Some(2.0 * theta));
-    let slow = growing.take_while(|theta| *theta < PI / 64.0);
-    let fast = (1..=64).map(|k| PI * f64::from(k) / 64.0);
-    let nodes: Vec<f64> = slow.chain(fast).collect();
+    let nodes: Vec<f64> = angles_to_pi().collect();
     let mut todo: Vec<(Range, u32)> = nodes
         .windows(2)
         .map(|pair| ([pair[0], pair[1]], 0))
         .collect();
     let mut turned = proof.first(NEAR_REST).arg();
     while let Some((way, depth)) = todo.pop() {
-        let angles = Angles::new(way, t);
         let theta = middle(way);
-        match proof.look(&angles) {
+        match proof.look(way) {
             Look::Clear => turned += (proof.first(way[1]) / proof.first(way[0])).arg(),
             Look::Wide if depth < HALVINGS && proof.looks < LOOKS => {
                 todo.push(([way[0], theta], depth + 1));

@@ -19,7 +19,7 @@
 
 use crate::SampledLoop;
 use crate::characteristic::Node;
-use crate::curve::{bounds_in_v, jet_in_v, size_in_v};
+use crate::curve::{NEAR_REST, bounds_in_v, jet_in_v, size_in_v};
 use crate::extremum::Grid;
 use crate::margin::Open;
 use crate::stability::BOUNDARY;
@@ -65,8 +65,6 @@ const ENOUGH_AGAIN: f64 = 0.999;
 const CAP: f64 = 0.9995;
 /// First share of the slope that a proof between the angles may cost.
 const ROOM: f64 = 2e-4;
-/// Between rest and here, rad/sample, only the limit at rest is checked.
-const NEAR_REST: f64 = 1e-9;
 /// Longest period P of which all p are checked, and of which those next to the linear limit.
 const PERIODS: [u32; 2] = [24, 400];
 /// Angles of the first programme.

@@ -7,6 +7,7 @@ pub use line::{HandCoupler, HandLine, HandMass};
 pub use search::{BestCoupler, CouplerSearch, Transparency};
 
 use crate::AnalysisError;
+use crate::curve::NEAR_REST;
 use crate::extremum::Grid;
 use crate::transparency::{finite, turned};
 use fracdiff::parameter::{not_negative, positive};
@@ -134,8 +135,6 @@ pub enum LargestDelay {
     Any,
 }
 
-/// Below this θ, rad/sample, nothing changes any more but the size of both sides.
-const NEAR_REST: f64 = 1e-9;
 /// Share of the limit that rounding takes.
 const ROUNDING: f64 = 1e-9;
 /// Delays that are tried on the way to the largest, a factor of 1.17 apart.

@@ -8,6 +8,7 @@
 //! - *Between two laws* their own operators count. Two stable walls may have an unstable mix.
 //! - *Cost*: milliseconds, up to seconds beside a border. The search for a part takes seven proofs.
 
+use crate::modelled_tissue::TissuePiece;
 use crate::wall::WallTrial;
 use fracdiff::Scheme;
 use fracdiff::full_memory::Kernel;
@@ -20,10 +21,9 @@ use haptic_document::parameters::{Parameter, SCHEME};
 use haptic_quantity::digits;
 use haptic_tissue::ModelKind;
 use haptic_trial::advice::analysed;
+use haptic_trial::in_hand::law::HORIZON;
 use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
 
-/// Samples of the memory that a law between two is judged with.
-const HORIZON: u64 = 10_000_000;
 /// Halvings in the search for the largest part.
 const HALVINGS: u32 = 7;
 
@@ -53,6 +53,11 @@ fn numbers(law: &WallTrial) -> (Option<ModelKind>, Vec<Number>) {
     let numbers = model.parameters().into_iter();
     let numbers = numbers.map(|(parameter, value)| (parameter.name, value));
     (Some(model.kind()), numbers.collect())
+}
+
+/// γ of the piece of a law, m; `None` of a wall.
+fn shape_m(law: &WallTrial) -> Option<f64> {
+    law.tissue.as_ref().map(TissuePiece::shape_m)
 }
 
 /// The elements of a law, N·s^α/m.
@@ -137,10 +142,7 @@ impl LawRegion {
             };
         }
         let [(kind, least), (other, most)] = [numbers(low), numbers(high)];
-        let shapes = corners
-            .each_ref()
-            .map(|law| law.tissue.as_ref().map(|piece| piece.shape_m()));
-        if kind != other || least.len() != most.len() || shapes[0] != shapes[1] {
+        if kind != other || least.len() != most.len() || shape_m(low) != shape_m(high) {
             return Err(Failure::bad_input(
                 "a region lies between two walls, or two pieces of one size of tissues of one model: change one of its ends",
             ));
@@ -209,8 +211,7 @@ impl LawRegion {
     pub fn holds(&self, law: &WallTrial) -> Option<Result<(), (String, f64)>> {
         let (kind, given) = numbers(law);
         let first = &self.corners[0];
-        let shape = |law: &WallTrial| law.tissue.as_ref().map(|piece| piece.shape_m());
-        let alike = kind == numbers(first).0 && shape(law) == shape(first);
+        let alike = kind == numbers(first).0 && shape_m(law) == shape_m(first);
         if !alike || given.len() != self.ranges.len() || law.scheme != first.scheme {
             return None;
         }

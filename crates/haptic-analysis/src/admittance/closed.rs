@@ -3,6 +3,7 @@
 use super::robot::Robot;
 use super::terms::{AdmittanceBody, AdmittanceWorld, Family, Node, TERMS};
 use crate::affine::Ways;
+use crate::curve::NEAR_REST;
 use crate::stability::BOUNDARY;
 use crate::transparency::turned;
 use crate::{AnalysisError, LoopOperator};
@@ -78,9 +79,6 @@ pub struct AdmittanceLoop<'a> {
     pub(super) family: Family<'a>,
     pub(super) coefficients: [f64; TERMS],
 }
-
-/// F is known by its limit between rest and here, rad/sample: v·(b + `b_h`) and the springs there are a right angle apart.
-pub(super) const NEAR_REST: f64 = 1e-9;
 
 impl<'a> AdmittanceLoop<'a> {
     /// Checks all numbers.
@@ -272,6 +270,7 @@ impl Family<'_> {
 
     pub(super) fn verdict(&self, coefficients: &[f64; TERMS]) -> StabilityVerdict {
         let (springs, damping) = self.at_rest(coefficients);
+        // Nearer to rest F is known by its limit: v·(b + b_h) and the springs are a right angle apart.
         let begin = self.node(NEAR_REST);
         let value = begin.terms.value(coefficients);
         // A body that nothing holds or damps: m·v² has two zeros at rest.

@@ -8,9 +8,10 @@
 //! member's border is narrow enough to be missed; an interval that is not proved is halved. Towards rest all terms lie in one half plane, body and
 //! hand as v·(b + `b_h`) at a right angle from the springs: that is the proof there, below 1e-9 rad/sample by its limit alone.
 
-use super::closed::{AdmittanceLoop, AdmittanceNumber, NEAR_REST};
+use super::closed::{AdmittanceLoop, AdmittanceNumber};
 use super::terms::{Family, Node, TERMS};
 use crate::AnalysisError;
+use crate::curve::angles_to_pi;
 use certified_count::product;
 use core::f64::consts::PI;
 use fracdiff::parameter::{not_negative, range};
@@ -222,11 +223,7 @@ impl<'a> AdmittanceBox<'a> {
         if springs == 0.0 && damping <= 0.0 && is_mass {
             return Some(0.0);
         }
-        let growing = core::iter::successors(Some(NEAR_REST), |theta| Some(2.0 * theta));
-        let slow = growing.take_while(|theta| *theta < PI / 64.0);
-        let fast = (1..=64).map(|k| PI * f64::from(k) / 64.0);
-        let nodes: Vec<Node> = slow
-            .chain(fast)
+        let nodes: Vec<Node> = angles_to_pi()
             .map(|theta| self.family.node(theta))
             .collect();
         let mut todo: Vec<(Node, Node, u32)> =
