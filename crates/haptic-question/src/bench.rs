@@ -159,6 +159,26 @@ pub fn for_each_order<I: Copy + Sync, T: Send>(
     Ok(answers)
 }
 
+/// Share by which rounding parts numbers that are alike.
+const ALIKE: f64 = 1e-9;
+
+/// Places of those that no other is as good as in all merits, and better in one. Of two that are alike the first is kept.
+pub fn unbeaten<T, const N: usize>(all: &[T], merits: impl Fn(&T) -> [f64; N]) -> Vec<usize> {
+    let merits: Vec<[f64; N]> = all.iter().map(merits).collect();
+    let is_as_good = |a: &[f64; N], b: &[f64; N]| {
+        let mut pairs = a.iter().zip(b);
+        pairs.all(|(value, other)| *value >= other - ALIKE * other.abs())
+    };
+    let is_beaten = |n: usize| {
+        let mut others = merits.iter().enumerate();
+        others.any(|(k, other)| {
+            let is_worse = || !is_as_good(&merits[n], other);
+            k != n && is_as_good(other, &merits[n]) && (k < n || is_worse())
+        })
+    };
+    (0..all.len()).filter(|n| !is_beaten(*n)).collect()
+}
+
 /// The last place at which something holds on the way to one at which it does not, after `halvings` halvings.
 pub fn last(mut from: f64, mut to: f64, halvings: u32, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..halvings {

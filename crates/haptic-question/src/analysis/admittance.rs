@@ -12,7 +12,7 @@ mod trial;
 
 pub(crate) use moving::MovingDevice;
 
-use crate::analysis::admittance::best::{Best, bodies, stable_inertances};
+use crate::analysis::admittance::best::{Best, Front, bodies, stable_inertances};
 use crate::analysis::admittance::moving::{Around, COUNT, NOISE};
 use crate::analysis::admittance::trial::trials;
 use crate::analysis::answer::{
@@ -64,7 +64,11 @@ struct Judged<'a> {
 impl MovingDevice {
     /// Number of steps in the reported progress.
     pub(crate) const fn steps(&self) -> u64 {
-        if self.body.is_none() { Best::STEPS } else { 1 }
+        match (&self.body, self.seeks_front) {
+            (Some(_), _) => 1,
+            (None, false) => Best::STEPS,
+            (None, true) => Best::STEPS + Front::STEPS,
+        }
     }
 
     pub(crate) fn answer(
@@ -86,8 +90,15 @@ impl MovingDevice {
         let found = bodies(&self.around, self.hand_margin, progress, stop)?;
         let mut answer = judged(found.body())?;
         answer.report.extend(found.rows());
-        if let Some(Drawn::Admittance { bodies, .. }) = &mut answer.drawn {
+        let sought = self.seeks_front.then(|| {
+            let (around, margin) = (&self.around, self.hand_margin);
+            Front::of(&found, around, margin, progress, stop)
+        });
+        let sought = sought.transpose()?;
+        answer.report.extend(sought.iter().flat_map(Front::rows));
+        if let Some(Drawn::Admittance { bodies, front, .. }) = &mut answer.drawn {
             *bodies = found.points();
+            *front = sought.map_or_else(Vec::new, |front| front.points);
         }
         Ok(answer)
     }
@@ -204,6 +215,7 @@ impl Judged<'_> {
                 stable: self.map(hand)?,
                 stable_bodies: self.bodies()?,
                 bodies: Vec::new(),
+                front: Vec::new(),
             }),
         })
     }

@@ -42,6 +42,8 @@ pub enum Drawn {
         stable_bodies: StableBodies,
         /// The best body of each kind and order, if they were sought.
         bodies: Vec<BodyPoint>,
+        /// The bodies that none beats, if they were sought.
+        front: Vec<BodyPoint>,
     },
     /// Two hands over a line.
     Teleoperation {
@@ -143,8 +145,17 @@ pub struct BodyPoint {
     pub effort_n_s_per_m: f64,
     /// Command at half the sample rate per newton of noise, m/s.
     pub command_noise: f64,
+    /// Factor on the hands for which it is proved.
+    pub hand_margin: f64,
     /// True if it settled in all of its trials; null if it was not tried.
     pub settled: Option<bool>,
+}
+
+impl BodyPoint {
+    /// True for a body of order 1 that does not lag.
+    pub fn is_mass_and_damper(&self) -> bool {
+        self.body_lag_s.is_none() && (self.body_order - 1.0).abs() < 1e-9
+    }
 }
 
 /// The stiffnesses of a hand that are stable, over the spring of a wall.

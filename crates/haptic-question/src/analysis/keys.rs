@@ -48,6 +48,8 @@ parameters! {
     PLAYOUT_SAMPLES = count("playout", 2, "2", "Samples over which waves are played out");
     /// Search for the best body.
     BEST_BODY = flag("best", "Find the body of each order, and the lagged mass, that bears all hands and walls with the least effort");
+    /// Search for all bodies that none beats.
+    BODY_FRONT = flag("front", "Best body: find all bodies too that none beats in effort, command noise and hand margin");
     /// Factor on the hands that the best body bears too.
     HAND_MARGIN = number("hand_margin", 1.2, "1.2", Range::Within(1.0, 100.0), "Best body: factor by which the heaviest, stiffest hand that damps most may grow");
     /// Search for the best coupler.
@@ -132,7 +134,7 @@ pub const DIFFERENCE: &[KeyTable] = &[
 pub const ADMITTANCE: &[KeyTable] = &[
     (
         "Virtual body",
-        &joined::<7>(&[BODY, &[BEST_BODY, HAND_MARGIN]]),
+        &joined::<8>(&[BODY, &[BEST_BODY, BODY_FRONT, HAND_MARGIN]]),
     ),
     (
         "Robot",

@@ -11,7 +11,7 @@
 //! - *Nothing is tried*: experiment files of a designed wall are; these are numbers of the analysis, from which a wall is chosen.
 //! - *Cost*: the margins of 24 walls an order, since those of a smaller wall are in proportion.
 
-use crate::bench::{AskedDevice, for_each_order};
+use crate::bench::{AskedDevice, for_each_order, unbeaten};
 use crate::design::bench::Bench;
 use crate::design::{WallDesign, nothing_found};
 use fracdiff::Order;
@@ -26,8 +26,6 @@ const DIRECTIONS: u32 = 24;
 const SIZES: i32 = 9;
 /// Largest gain margin in the least: a wall that is weaker still is no choice.
 const MARGINS: f64 = 17.0;
-/// Share by which rounding parts numbers that are alike.
-const ALIKE: f64 = 1e-9;
 
 /// A question for the front: requirement, device, orders and scheme of a design.
 #[derive(Clone, Debug)]
@@ -83,24 +81,6 @@ pub struct FrontReport {
     pub walls: Vec<FrontWall>,
 }
 
-impl FrontWall {
-    /// True if this wall is at least as good in everything.
-    fn is_as_good(&self, other: &Self) -> bool {
-        let merits = |wall: &Self| {
-            let quiet = -wall.force_noise_rms_n.unwrap_or(0.0);
-            [
-                wall.effective_stiffness_n_per_m,
-                wall.effective_damping_n_s_per_m,
-                wall.margin,
-                quiet,
-            ]
-        };
-        let mut pairs = merits(self).into_iter().zip(merits(other));
-        // Walls of order 0 are one spring however it is parted.
-        pairs.all(|(value, other)| value >= other - ALIKE * other.abs())
-    }
-}
-
 impl FrontReport {
     ///
     /// # Errors
@@ -130,18 +110,17 @@ impl Front {
         let design = &self.design;
         let walls = for_each_order(&design.orders, stop, progress, |order| self.walls(order))?;
         let walls = walls.concat();
-        let is_beaten = |n: usize, wall: &FrontWall| {
-            let mut others = walls.iter().enumerate();
-            // Of two that are alike in everything the first is kept.
-            others.any(|(k, other)| {
-                k != n && other.is_as_good(wall) && (k < n || !wall.is_as_good(other))
-            })
-        };
-        let kept = walls.iter().enumerate();
-        let mut kept: Vec<FrontWall> = kept
-            .filter(|(n, wall)| !is_beaten(*n, wall))
-            .map(|(_, wall)| *wall)
-            .collect();
+        // Walls of order 0 are one spring however it is parted.
+        let kept = unbeaten(&walls, |wall| {
+            let quiet = -wall.force_noise_rms_n.unwrap_or(0.0);
+            [
+                wall.effective_stiffness_n_per_m,
+                wall.effective_damping_n_s_per_m,
+                wall.margin,
+                quiet,
+            ]
+        });
+        let mut kept: Vec<FrontWall> = kept.into_iter().map(|n| walls[n]).collect();
         kept.sort_by(|a, b| {
             let key = |wall: &FrontWall| (wall.order, wall.stiffness_n_per_m);
             key(a)

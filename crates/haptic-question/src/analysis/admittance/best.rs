@@ -6,13 +6,14 @@
 //! - *Opponents* of a fractional body are a mass with a damper, and the lagged mass, which has three numbers too.
 //! - *Noise* is beside effort: what is light for the hand at low frequencies is light for the sensor's noise at high ones.
 //! - *Tried*: each body in virtual time, with noise and counts of the sensor; one that does not settle is not called the best.
-//! - *Cost*: some 400 proofs an order.
+//! - *A front* has several factors on the hands, each damping its least m: what none beats in effort, noise and factor.
+//! - *Cost*: some 400 proofs an order, 1200 of a front.
 
 use crate::analysis::admittance::moving::Around;
 use crate::analysis::admittance::trial::trials;
 use crate::analysis::answer::{BodyPoint, HORIZON};
 use crate::analysis::keys::HAND_MARGIN;
-use crate::bench::{for_each_order, minimum_of};
+use crate::bench::{for_each_order, minimum_of, unbeaten};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{AdmittanceNumber, AdmittanceWorld, EffortWeight, LoopOperator};
 use haptic_document::{Failure, Rows, rows};
@@ -21,6 +22,7 @@ use haptic_trial::advice::analysed;
 use haptic_trial::robot::BodyValues;
 use serde_json::{Value, json};
 use std::cell::Cell;
+use std::cmp::Ordering;
 use std::sync::atomic::AtomicBool;
 
 /// Orders that are tried: so many tenths, from 0 on.
@@ -41,6 +43,11 @@ const INSIDE: f64 = 1.0001;
 const HALVINGS: u32 = 10;
 const INERTANCE_LEAST: f64 = 1e-4;
 const INERTANCE_MOST: f64 = 1e4;
+/// Orders of a front, so many tenths apart, and the margins of its bodies in the one that is asked for.
+const FRONT_TENTHS: u32 = 2;
+const MARGINS: [f64; 5] = [1.0, 1.25, 1.6, 2.0, 2.5];
+/// Bodies that differ by no larger share are one choice.
+const ALIKE: f64 = 0.1;
 
 /// The best bodies, by rising order, the lagged mass last.
 pub(super) struct Best {
@@ -65,10 +72,7 @@ impl Best {
         let best = &self.bodies[self.best].1;
         let points = self.bodies.iter().map(|(_, point)| point);
         let lagged = points.clone().find(|point| point.body_lag_s.is_some());
-        let is_mass = |point: &&BodyPoint| {
-            point.body_lag_s.is_none() && (point.body_order - 1.0).abs() < 1e-9
-        };
-        let mass = points.clone().find(is_mass);
+        let mass = points.clone().find(|point| point.is_mass_and_damper());
         let against = |name: &str, other: Option<&BodyPoint>| {
             let Some(other) = other else {
                 return format!("{name} does not bear these hands");
@@ -91,6 +95,107 @@ impl Best {
             "candidates": points.map(|point| json!(point)).collect::<Vec<Value>>(),
         })])
     }
+}
+
+/// Bodies that none beats in effort, noise of the command and factor on the hands; of bodies that are alike to a tenth, one.
+pub(super) struct Front {
+    pub(super) points: Vec<BodyPoint>,
+    compared: usize,
+}
+
+impl Front {
+    pub(super) const STEPS: u64 = (TENTHS / FRONT_TENTHS + 1 + LAGS) as u64;
+
+    /// Those of each order and lag, over dampings and factors, and the best ones. Each has settled in its trials, if its world is tried.
+    ///
+    /// # Errors
+    /// A search that was stopped.
+    pub(super) fn of(
+        best: &Best,
+        around: &Around,
+        margin: f64,
+        progress: &(dyn Fn(u64) + Sync),
+        stop: &AtomicBool,
+    ) -> Result<Self, Failure> {
+        let orders = (0..=TENTHS).step_by(FRONT_TENTHS as usize);
+        let kinds: Vec<_> = orders.map(of_order).chain(lags(around)).collect();
+        let t = around.place.robot.sample_time_s();
+        let found = for_each_order(&kinds, stop, progress, |kind| {
+            let body = body_of(kind, t)?;
+            let mut bodies = Vec::new();
+            for factor in MARGINS.map(|factor| margin * factor) {
+                let wide = around.with_margin(factor);
+                for damping in dampings() {
+                    let body = BodyValues {
+                        damping,
+                        ..body.clone()
+                    };
+                    let Some(inertance) = least_inertance(&wide, &body)? else {
+                        continue;
+                    };
+                    let body = BodyValues { inertance, ..body };
+                    let point = point(around, &body, factor)?;
+                    bodies.push((body, point));
+                }
+            }
+            Ok(bodies)
+        })?;
+        let mut bodies = found.concat();
+        bodies.extend(best.bodies.iter().cloned());
+        let compared = bodies.len();
+        loop {
+            let merits = |(_, point): &(BodyValues, BodyPoint)| {
+                let price = [point.effort_n_s_per_m, point.command_noise];
+                [-price[0], -price[1], point.hand_margin]
+            };
+            let kept = unbeaten(&bodies, merits).into_iter();
+            let untried = kept.filter(|&n| bodies[n].1.settled.is_none());
+            let untried: Vec<usize> = untried.collect();
+            let tried = for_each_order(&untried, stop, &|_| {}, |n| settles(around, &bodies[n].0))?;
+            for (&n, settled) in untried.iter().zip(&tried) {
+                bodies[n].1.settled = *settled;
+            }
+            let all = bodies.len();
+            bodies.retain(|(_, point)| point.settled != Some(false));
+            if bodies.len() == all {
+                let kept = unbeaten(&bodies, merits).into_iter();
+                let mut points: Vec<BodyPoint> = kept.map(|n| bodies[n].1).collect();
+                points.sort_by(|a, b| a.effort_n_s_per_m.total_cmp(&b.effort_n_s_per_m));
+                // Nobody chooses between bodies that are alike in all three: the one of less effort stands for the others.
+                let mut told: Vec<BodyPoint> = Vec::new();
+                for point in points {
+                    if !told.iter().any(|other| is_nearly_as_good(other, &point)) {
+                        told.push(point);
+                    }
+                }
+                let mut points = told;
+                let key = |point: &BodyPoint| {
+                    let lag_s = point.body_lag_s.unwrap_or(-1.0);
+                    [
+                        lag_s,
+                        point.body_order,
+                        point.hand_margin,
+                        point.command_noise,
+                    ]
+                };
+                points.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal));
+                return Ok(Self { points, compared });
+            }
+        }
+    }
+
+    pub(super) fn rows(&self) -> Rows {
+        rows([json!({
+            "compared": self.compared,
+            "front": self.points,
+        })])
+    }
+}
+
+fn is_nearly_as_good(one: &BodyPoint, other: &BodyPoint) -> bool {
+    one.effort_n_s_per_m <= (1.0 + ALIKE) * other.effort_n_s_per_m
+        && one.command_noise <= (1.0 + ALIKE) * other.command_noise
+        && one.hand_margin >= other.hand_margin
 }
 
 /// The best body of all that settle.
@@ -138,17 +243,9 @@ pub(super) fn candidates(
     stop: &AtomicBool,
 ) -> Result<Vec<(BodyValues, BodyPoint)>, Failure> {
     let t = around.place.robot.sample_time_s();
-    let wide = around.with_margin(margin);
-    let each = |kinds: Vec<(f64, Option<f64>)>| {
-        let found = for_each_order(&kinds, stop, progress, |(order, lag_s)| {
-            let operator = match lag_s {
-                Some(lag_s) => LoopOperator::lagged_difference(lag_s / t),
-                None => {
-                    let order = Order::new(order).map_err(Failure::input)?;
-                    LoopOperator::new(Scheme::Exact, order, Seconds(t), HORIZON)
-                }
-            };
-            best_of([around, &wide], &operator.map_err(analysed)?, lag_s)
+    let each = |kinds: Vec<Kind>| {
+        let found = for_each_order(&kinds, stop, progress, |kind| {
+            best_of(around, margin, &body_of(kind, t)?)
         })?;
         Ok::<Vec<_>, Failure>(found.into_iter().flatten().collect())
     };
@@ -157,53 +254,87 @@ pub(super) fn candidates(
             .into_iter()
             .min_by(|a, b| effort(a).total_cmp(&effort(b)))
     };
-    let orders = (0..=TENTHS).map(|tenth| (f64::from(tenth) / 10.0, None));
-    let mut bodies = each(orders.collect())?;
-    // Lags from a sample on, and finer ones around the best.
-    let lag = |lag_s: f64| (1.0, Some(lag_s));
-    let lags = (0..LAGS).map(|n| lag(t * libm::exp2(f64::from(n))));
-    let mut lagged = least(each(lags.collect())?);
+    let mut bodies = each((0..=TENTHS).map(of_order).collect())?;
+    let mut lagged = least(each(lags(around).collect())?);
+    // Finer ones around the best.
     if let Some(middle) = lagged.as_ref().and_then(|(body, _)| body.lag_s) {
         let finer = (1..FINER).flat_map(|n| [n, -n]);
-        let finer = finer.map(|n| lag(middle * libm::exp2(f64::from(n) / f64::from(FINER))));
+        let finer = finer.map(|n| {
+            let factor = libm::exp2(f64::from(n) / f64::from(FINER));
+            (1.0, Some(middle * factor))
+        });
         lagged = least(each(finer.collect())?.into_iter().chain(lagged).collect());
     }
     bodies.extend(lagged);
     Ok(bodies)
 }
 
-/// The body of least effort with this operator that is proved for the wider hands, and tried in the others; `None` if none of the dampings does.
+/// Order and lag of a body.
+type Kind = (f64, Option<f64>);
+
+fn of_order(tenth: u32) -> Kind {
+    (f64::from(tenth) / 10.0, None)
+}
+
+/// Lagged masses, from a lag of a sample on.
+fn lags(around: &Around) -> impl Iterator<Item = Kind> {
+    let t = around.place.robot.sample_time_s();
+    (0..LAGS).map(move |n| (1.0, Some(t * libm::exp2(f64::from(n)))))
+}
+
+/// A body of this kind, with an inertance of 1.
+fn body_of((order, lag_s): Kind, t: f64) -> Result<BodyValues, Failure> {
+    let operator = match lag_s {
+        Some(lag_s) => LoopOperator::lagged_difference(lag_s / t),
+        None => {
+            let order = Order::new(order).map_err(Failure::input)?;
+            LoopOperator::new(Scheme::Exact, order, Seconds(t), HORIZON)
+        }
+    };
+    Ok(BodyValues {
+        inertance: 1.0,
+        damping: 0.0,
+        operator: operator.map_err(analysed)?,
+        lag_s,
+        scheme: Scheme::Exact,
+    })
+}
+
+fn dampings() -> impl Iterator<Item = f64> {
+    (0..=DAMPINGS).map(|n| DAMPING_LEAST * libm::pow(ratio(), f64::from(n)))
+}
+
+/// One damping over the one before.
+fn ratio() -> f64 {
+    libm::pow(DAMPING_MOST / DAMPING_LEAST, 1.0 / f64::from(DAMPINGS))
+}
+
+/// The body of least effort of this kind that is proved for hands with the margin, and tried in the others; `None` if none of the dampings does.
 fn best_of(
-    [around, wide]: [&Around; 2],
-    operator: &LoopOperator,
-    lag_s: Option<f64>,
+    around: &Around,
+    margin: f64,
+    kind: &BodyValues,
 ) -> Result<Option<(BodyValues, BodyPoint)>, Failure> {
+    let wide = around.with_margin(margin);
     let body = |inertance: f64, damping: f64| BodyValues {
         inertance,
         damping,
-        operator: operator.clone(),
-        lag_s,
-        scheme: Scheme::Exact,
+        ..kind.clone()
     };
-    let least = |damping: f64| least_inertance(wide, &body(1.0, damping));
+    let least = |damping: f64| least_inertance(&wide, &body(1.0, damping));
     let effort = |damping: f64| {
         let light = body(least(damping).ok()??, damping);
-        let free = around
-            .in_hand(&light, around.place.hand([0; 3]), None)
-            .ok()?;
-        free.effort(EffortWeight::Hand).ok()
+        Some(point(around, &light, margin).ok()?.effort_n_s_per_m)
     };
-    let ratio = libm::pow(DAMPING_MOST / DAMPING_LEAST, 1.0 / f64::from(DAMPINGS));
-    let dampings = (0..=DAMPINGS).map(|n| DAMPING_LEAST * libm::pow(ratio, f64::from(n)));
-    let tried = dampings.filter_map(|damping| Some((damping, effort(damping)?)));
+    let tried = dampings().filter_map(|damping| Some((damping, effort(damping)?)));
     let Some(middle) = tried.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(None);
     };
     // The best one often stands at the edge of what is proved, so the best that was seen is kept.
     let best = Cell::new(middle);
     minimum_of(
-        libm::log(middle.0 / ratio),
-        libm::log(middle.0 * ratio),
+        libm::log(middle.0 / ratio()),
+        libm::log(middle.0 * ratio()),
         SECTIONS,
         |logarithm| {
             let damping = libm::exp(logarithm);
@@ -219,17 +350,30 @@ fn best_of(
         return Ok(None);
     };
     let found = body(inertance, damping);
-    let free = around.in_hand(&found, around.place.hand([0; 3]), None)?;
     let point = BodyPoint {
-        body_order: operator.order().get(),
-        body_lag_s: lag_s,
-        body_inertance_n_s_mu_per_m: inertance,
-        body_damping_n_s_per_m: damping,
-        effort_n_s_per_m: free.effort(EffortWeight::Hand).map_err(analysed)?,
-        command_noise: free.command_noise(),
-        settled: trials(around, &found)?.map(|trials| trials.settled == trials.runs),
+        settled: settles(around, &found)?,
+        ..point(around, &found, margin)?
     };
     Ok(Some((found, point)))
+}
+
+/// What a body costs that is proved for hands with this margin.
+fn point(around: &Around, body: &BodyValues, hand_margin: f64) -> Result<BodyPoint, Failure> {
+    let free = around.in_hand(body, around.place.hand([0; 3]), None)?;
+    Ok(BodyPoint {
+        body_order: body.operator.order().get(),
+        body_lag_s: body.lag_s,
+        body_inertance_n_s_mu_per_m: body.inertance,
+        body_damping_n_s_per_m: body.damping,
+        effort_n_s_per_m: free.effort(EffortWeight::Hand).map_err(analysed)?,
+        command_noise: free.command_noise(),
+        hand_margin,
+        settled: None,
+    })
+}
+
+fn settles(around: &Around, body: &BodyValues) -> Result<Option<bool>, Failure> {
+    Ok(trials(around, body)?.map(|trials| trials.settled == trials.runs))
 }
 
 /// The least inertance of this body that is proved. Those that are stable with a corner of the hands and a few worlds are intervals, often not up to

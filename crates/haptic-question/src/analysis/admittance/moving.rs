@@ -3,7 +3,7 @@
 use crate::analysis::answer::{FREQUENCIES_MOST, logarithmic};
 use crate::analysis::keys::{
     ANALYSED_CONTROLLER, ANALYSED_SAMPLE_TIME, ANALYSED_SCHEME, ANALYSED_TISSUE, BEST_BODY,
-    FELT_HIGH, FELT_LOW, HAND_MARGIN, POINTS,
+    BODY_FRONT, FELT_HIGH, FELT_LOW, HAND_MARGIN, POINTS,
 };
 use crate::analysis::law::{Law, of_a_tissue_alone};
 use haptic_analysis::{AdmittanceBox, AdmittanceLoop, AdmittanceWorld, HandImpedance};
@@ -25,6 +25,8 @@ pub(crate) struct MovingDevice {
     pub(super) body: Option<BodyValues>,
     /// Factor on the hands that it bears then.
     pub(super) hand_margin: f64,
+    /// All bodies that none beats are sought too.
+    pub(super) seeks_front: bool,
     pub(super) frequencies_hz: Vec<f64>,
     pub(super) asked: Value,
 }
@@ -108,10 +110,11 @@ impl MovingDevice {
             }
             None
         } else {
-            if table.has(&HAND_MARGIN) {
+            let idle = [&HAND_MARGIN, &BODY_FRONT];
+            if let Some(key) = idle.into_iter().find(|key| table.has(key)) {
                 let reason =
                     format!("it has no effect without {BEST_BODY}: give that too, or omit it");
-                return Err(table.fail_at(HAND_MARGIN.key, reason).into());
+                return Err(table.fail_at(key.key, reason).into());
             }
             let is_given = BODY.iter().any(|key| table.has(key));
             Some(match known {
@@ -131,6 +134,7 @@ impl MovingDevice {
         Ok(Self {
             body,
             hand_margin: table.number(&HAND_MARGIN)?,
+            seeks_front: table.flag(&BODY_FRONT)?,
             frequencies_hz: logarithmic(low, high, count).collect(),
             asked: rows([asked].into_iter().chain(in_place)).into(),
             around: Around { place, world },

@@ -45,6 +45,7 @@ pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
             stable,
             stable_bodies: around,
             bodies,
+            front,
         } => {
             let mut panels = vec![moving(points), stable_hands(stable), stable_bodies(around)];
             about += &format!(
@@ -52,8 +53,10 @@ pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
                 written("mass_kg", stable.mass_kg),
                 written("damping_n_s_per_m", stable.damping_n_s_per_m)
             );
-            if !bodies.is_empty() {
+            if front.is_empty() && !bodies.is_empty() {
                 panels.extend(best_bodies(bodies));
+            } else if !front.is_empty() {
+                panels.extend(front_of_bodies(front));
             }
             ("A robot in the hand", panels)
         }
@@ -180,6 +183,62 @@ fn best_bodies(bodies: &[BodyPoint]) -> [Panel<'static>; 2] {
             |body| body.command_noise,
         ),
     ]
+}
+
+/// The bodies that none beats, by kind: effort over noise with the least margin, and the least effort over the margin.
+fn front_of_bodies(front: &[BodyPoint]) -> [Panel<'static>; 2] {
+    let least = front.iter().map(|body| body.hand_margin);
+    let least = least.fold(f64::INFINITY, f64::min);
+    let mut panels = [
+        Panel::new(
+            "effort and noise at the least margin",
+            axis("command / m·s⁻¹·N⁻¹"),
+            axis("rms of |F/v| / N·s·m⁻¹"),
+        ),
+        Panel::new(
+            "effort and margin",
+            axis("factor on the hands"),
+            axis("least rms of |F/v| / N·s·m⁻¹"),
+        ),
+    ];
+    for (colour, (name, is_kind)) in BODY_KINDS.into_iter().enumerate() {
+        let bodies = front.iter().filter(|body| is_kind(body));
+        let is_least = |body: &&BodyPoint| body.hand_margin <= least * 1.001;
+        let places = bodies.clone().filter(is_least);
+        let quiet = edge(places.map(|body| [body.command_noise, body.effort_n_s_per_m]));
+        // A wider margin is the better one.
+        let wide = edge(bodies.map(|body| [1.0 / body.hand_margin, body.effort_n_s_per_m]));
+        let wide = wide.into_iter().map(|(x, y)| (1.0 / x, y)).collect();
+        let mut points = [quiet, wide].into_iter();
+        panels = panels.map(|panel| {
+            let points = points.next().unwrap_or_default();
+            panel.with(name, Look::Markers, 2 + colour, points)
+        });
+    }
+    panels
+}
+
+/// Kinds of bodies, each with its name.
+type BodyKind = (&'static str, fn(&BodyPoint) -> bool);
+const BODY_KINDS: [BodyKind; 3] = [
+    ("order other than 1", |body| {
+        body.body_lag_s.is_none() && !body.is_mass_and_damper()
+    }),
+    ("mass and damper", BodyPoint::is_mass_and_damper),
+    ("lagged mass", |body| body.body_lag_s.is_some()),
+];
+
+/// The lower left edge of places: those that no other is below in both, by rising x.
+fn edge(places: impl Iterator<Item = [f64; 2]>) -> Vec<(f64, f64)> {
+    let mut places: Vec<[f64; 2]> = places.collect();
+    places.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let mut least = f64::INFINITY;
+    places.retain(|place| {
+        let is_less = place[1] < least;
+        least = least.min(place[1]);
+        is_less
+    });
+    places.into_iter().map(|[x, y]| (x, y)).collect()
 }
 
 /// Least stiffness that is drawn, N/m.
