@@ -173,15 +173,13 @@ struct Course {
     regions: Vec<LawRegion>,
     /// Pairs of laws whose mixes are proved.
     mixes: BTreeSet<[usize; 2]>,
-    /// The law that is felt, or was the last to be.
-    newest: usize,
-    /// Number of walls that were felt.
-    number: u64,
+    /// The law of each stimulus, whose numbers begin at 1.
+    stimuli: Vec<usize>,
     /// The surface of the wall that is felt, m.
     surface_m: f64,
     /// A wall was felt since the last answer.
     may_answer: bool,
-    /// The newest wall whose certificate is in the log.
+    /// The newest stimulus whose certificate is in the log.
     certified: u64,
     /// Walls whose force the energy of a touch reduced.
     reduced: u64,
@@ -745,9 +743,11 @@ impl Session {
         }))
     }
 
-    /// Proves what is felt while one law becomes another.
-    fn prove_change(&self, course: &mut Course, to: usize) -> Result<(), Failure> {
-        let from = course.newest;
+    /// Proves what is felt while the law of a stimulus becomes another.
+    fn prove_change(&self, course: &mut Course, stimulus: u64, to: usize) -> Result<(), Failure> {
+        let Some(&from) = course.stimuli.get((stimulus as usize).wrapping_sub(1)) else {
+            return Ok(());
+        };
         let pair = [from.min(to), from.max(to)];
         if from == to || course.mixes.contains(&pair) {
             return Ok(());
@@ -759,7 +759,7 @@ impl Session {
     }
 
     /// Makes a wall be felt behind a surface, m, and begins to sum what is felt, over so many ticks at most. Where a wall is felt already,
-    /// this one takes its place without a bump, held or not. The first waits until the handle is in front of it; false if that takes longer
+    /// this one takes its place without a bump, held or not, once no other fades any more. The first waits until the handle is in front of it; false if that takes longer
     /// than the patience, s, and the wall does not come any more.
     ///
     /// # Errors
@@ -783,11 +783,11 @@ impl Session {
         let mut course = locked(&self.course);
         let allowed = course.allowed.get(wall).cloned();
         let allowed = allowed.ok_or_else(|| Failure::bad_input(NOT_ALLOWED))?;
-        if locked(&self.shared.kept).stimulus != 0 {
-            self.prove_change(&mut course, wall)?;
-        }
+        let felt = locked(&self.shared.kept).stimulus;
+        self.prove_change(&mut course, felt, wall)?;
+        self.settled(stops)?;
         self.certify(&mut course)?;
-        let number = course.number + 1;
+        let number = course.stimuli.len() as u64 + 1;
         let event = event(
             "feel",
             format!("wall {wall}: {}, surface {surface_m} m", allowed.words),
@@ -820,14 +820,19 @@ impl Session {
             u64::MAX
         };
         self.orders.give(order)?;
-        course.number = number;
+        course.stimuli.push(wall);
         if !self.came(number, made, patience, stops)? {
             course.certified = number;
             (self.orders).give(LoopOrder::Change(self.nothing(made, None)))?;
             return Ok(false);
         }
-        (course.surface_m, course.may_answer, course.newest) = (surface_m, true, wall);
+        (course.surface_m, course.may_answer) = (surface_m, true);
         Ok(true)
+    }
+
+    /// Waits until one law alone acts: each change is one of two laws, and its certificate has all of its fade.
+    fn settled(&self, stops: Stops<'_>) -> Result<(), Failure> {
+        self.wait(1, stops, |kept| kept.settled.then_some(()))
     }
 
     /// Waits for the first tick of a stimulus, so many ticks after this one at most; false if it did not come.
@@ -885,10 +890,11 @@ impl Session {
 
     /// Puts the certificate of the wall that ends into the log.
     fn certify(&self, course: &mut Course) -> Result<(), Failure> {
-        if course.certified == course.number {
+        let newest = course.stimuli.len() as u64;
+        if course.certified == newest {
             return Ok(());
         }
-        course.certified = course.number;
+        course.certified = newest;
         let Certificate {
             exact_share,
             fade_ticks,
