@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from felt_threshold import Quest
+from rated_tissue import COLUMNS as RATED
+from rated_tissue import rate
 from test_session import on_emulated
 from test_signals import Device
 from two_interval import COLUMNS, Observer, measure
@@ -27,8 +29,8 @@ def rows(subject: str) -> list[dict[str, str]]:
     return records.Table("study", subject, "stiffness", COLUMNS).rows
 
 
-def read_log(subject: str, run: int = 1):
-    return log.read_log(f"study/sourcedata/sub-{subject}/sub-{subject}_task-stiffness_run-{run}.mcap")
+def read_log(subject: str, run: int = 1, task: str = "stiffness"):
+    return log.read_log(f"study/sourcedata/sub-{subject}/sub-{subject}_task-{task}_run-{run}.mcap")
 
 
 def test_the_threshold_of_an_observer_is_within_its_own_interval(tmp_path, monkeypatch) -> None:
@@ -61,10 +63,11 @@ def restless(chance: np.random.Generator, seen: set[str]):
 
     def hand(self: session.Session, path: list[tuple[float, float]]) -> None:
         deep_m = path[1][1]
-        kind = str(chance.choice(["as asked", "leaves", "holds", "jumps", "absent", "shakes", "inside", "sulks"]))
+        kind = str(chance.choice(["as asked", "roves", "leaves", "holds", "jumps", "absent", "shakes", "inside", "sulks"]))
         seen.add(kind)
         # From where the one before has left it.
         goes = {
+            "roves": [(0.3 * n, float(chance.uniform(-8e-3, 8e-3))) for n in range(30)] + [(9.3, -3e-3)],
             "leaves": [(0.0, -3e-3), (0.02, deep_m), (0.05, -8e-3)],
             "holds": [(0.0, -3e-3), (0.1, deep_m), (40.0, deep_m), (40.1, -3e-3)],
             "jumps": [(0.0, -3e-3), (0.001, 3e-2), (0.15, 3e-2), (0.151, -3e-2)],
@@ -78,26 +81,41 @@ def restless(chance: np.random.Generator, seen: set[str]):
     return hand
 
 
-def test_whatever_hands_do_each_row_is_of_two_walls_that_were_touched(tmp_path, monkeypatch) -> None:
-    """`CAMPAIGN_CASES` sets how many hands, 3 by default; the campaign has 500."""
+def test_whatever_hands_do_each_row_is_of_walls_that_were_touched(tmp_path, monkeypatch) -> None:
+    """`CAMPAIGN_CASES` sets how many hands, 4 by default; the campaign has 500. Every other one rates tissues."""
     monkeypatch.chdir(tmp_path)
     seen: set[str] = set()
-    for hand in range(int(os.environ.get("CAMPAIGN_CASES", 3))):
-        monkeypatch.setattr(session.Session, "hand", restless(np.random.default_rng([86, hand]), seen))
-        try:
-            measure(f"h{hand}", hand, lambda _: 1, Quest(), trials=3)
-        except TimeoutError as error:
-            # Nobody is there, and that is said.
-            assert "nobody touched the wall" in str(error) or "out" in str(error)
-        else:
-            assert len(rows(f"h{hand}")) == 3
-        monkeypatch.undo()
-        monkeypatch.chdir(tmp_path)
-        for row in rows(f"h{hand}"):
-            assert float(row["first_peak_n"]) > 0 and float(row["second_deepest_m"]) > 0
-        table = read_log(f"h{hand}")
-        answers = [kind for _, kind, _ in table.attrs["events"]].count("answer")
-        assert answers == len(rows(f"h{hand}")) and table.attrs["complete"] is True
+    trials = left = 0
+    hands = int(os.environ.get("CAMPAIGN_CASES", 4))
+    for hand in range(hands):
+        subject, rates = f"h{hand}", hand % 2 == 1
+        task, columns = ("likeness", RATED) if rates else ("stiffness", COLUMNS)
+        with monkeypatch.context() as patched:
+            patched.setattr(session.Session, "hand", restless(np.random.default_rng([86, hand]), seen))
+            try:
+                if rates:
+                    rate(subject, hand, lambda _, __: 5.0, trials=3)
+                else:
+                    measure(subject, hand, lambda _: 1, Quest(), trials=3)
+            except TimeoutError as error:
+                # Nobody is there, and that is said.
+                assert "nobody touched the wall" in str(error) or "out" in str(error)
+                stayed = False
+            else:
+                stayed = True
+            left += not stayed
+        kept = records.Table("study", subject, task, columns).rows
+        felt = read_log(subject, task=task)
+        answers = [kind for _, kind, _ in felt.attrs["events"]].count("rating" if rates else "answer")
+        assert answers == len(kept) and felt.attrs["complete"] is True
+        assert len(kept) == 3 or not stayed
+        for row in kept:
+            for which in ("",) if rates else ("first_", "second_"):
+                tick, peak_n = int(row[f"{which}tick"]), float(row[f"{which}peak_n"])
+                assert peak_n > 0 and float(row[f"{which}deepest_m"]) > 0
+                assert felt["commanded_force_n"].abs().iloc[tick : tick + 300].max() == peak_n
+        trials += len(kept)
+    print(f"{hands} hands, {trials} trials, {left} that were said to be away or in the wall: {sorted(seen)}")
     assert len(seen) > 4
 
 

@@ -154,8 +154,8 @@ class Session:
         """Makes a wall be felt, and sums what is felt of it. The wall stays until `rest`, `pause` or the next one.
 
         Where no wall was, it begins with an empty memory, as soon as the handle is in front of it. Where one is felt, this takes its
-        place without a bump, held or not, and has heard the same positions; it is whole after the fade, or a warning says that the
-        energy of the touch was not enough for that.
+        place without a bump, held or not, and has heard the same positions; it waits until no other fades, and is whole after its own
+        fade, or a warning says that the energy of the touch was not enough for that.
 
         Parameters
         ----------

@@ -9,65 +9,46 @@
 //!   takes its place has heard the same positions.
 //! - *An end* that nobody asked for, by a fault or a lost device, ends the session: the log is kept, and every call says so.
 
+mod laws;
+mod opening;
+
+pub use opening::{SessionOptions, SessionReport};
+
 use super::keeper::Keeper;
 use super::orders::{Orders, locked};
-use super::runner::{HeldWorld, Steering};
-use super::ticking::{FadingFelt, LoopOrder, Looping, Stimulus};
+use super::ticking::{LoopOrder, Looping, Stimulus};
 use super::waiting::{Gate, Kept, LOOK, Shared, Watching};
-use crate::experiment::kind::Experiment as _;
-use crate::experiment::trial::law_of;
-use crate::experiment::wall::WallExperiment;
-use crate::open::DocumentOfKind as _;
-use crate::open::ExperimentFile;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
-use haptic_document::{Document, Failure, IN_LOG, Named as _};
+use haptic_document::parameters::{DAMPING, DEVICE_MODEL, LOOP, MASS};
+use haptic_document::{Document, Failure};
 use haptic_judge::felt::{Certificate, Certifying, FeltSummary, Tally};
-use haptic_judge::law_region::{LawRegion, prove_mix};
+use haptic_judge::law_region::LawRegion;
 use haptic_judge::trial::no_wall;
 use haptic_judge::wall::WallTrial;
 use haptic_link::LoopMode;
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::NewtonsPerMetre;
 use haptic_loop::{Controller, Pushing, Wall};
 use haptic_message::EventMessage;
 use haptic_quantity::written;
-use haptic_remote::serial::SerialLink;
-use haptic_run::device::LinkedName;
-use haptic_run::folder::FolderRequest;
 use haptic_run::realtime::RealtimeOptions;
-use haptic_run::remote::{RemoteDevice, RemoteRun, blank, delay_of};
-use haptic_run::schedule::{Pace, Schedule};
-use haptic_run::{Ran, Supervisor, run_logged};
+use haptic_run::schedule::Pace;
 use haptic_trial::in_hand::fading::Law;
-use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_M, HAND_STIFFNESS, HeldDevice};
-use haptic_trial::in_hand::law::{HORIZON, fading, refuse_unstable, ticks};
+use haptic_trial::in_hand::hand::HAND_M;
+use haptic_trial::in_hand::law::{fading, ticks};
 use haptic_trial::in_hand::place::Placed;
-use haptic_trial::keys::trial::{PUSH, TRIAL_FORCE_LIMIT};
-use haptic_trial::keys::wall::{DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_LAW};
 use haptic_trial::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;
+use opening::{
+    Claim, Connected, Ended, Work, metadata, no_law, prepared, provenance, request, wall,
+};
 use serde::Serialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Name of a session in its log.
-const KIND: &str = "session";
-/// Its table in a document: keys of a wall, its device, its safety chain.
-const TABLE: &str = "wall";
-/// Keys of a law that is to be felt; all others are the session's.
-fn law_keys() -> impl Iterator<Item = &'static str> {
-    let others = [&SCHEME, &WALL_CONTACT];
-    WALL_LAW.iter().chain(others).map(|parameter| parameter.key)
-}
-
-/// Ticks of a session at most: eleven days at 1 kHz.
-const TICKS: u64 = 1_000_000_000;
 /// Ticks of virtual time at once, fewer than the ring to the keeper holds.
 const CHUNK: u64 = 2048;
 /// Ticks after which a wall that may begin has begun in virtual time.
@@ -82,49 +63,6 @@ const ANSWER: &str = "answer";
 const CERTIFICATE: &str = "certificate";
 const NOT_ALLOWED: &str =
     "this wall was not allowed, nor is it between two that were: allow it first";
-/// Push of an emulated device's hand if nobody asks for one, N: next to none.
-const NO_PUSH_N: f64 = 1e-6;
-
-/// Devices of open sessions: a device is in one session at a time.
-static OPEN: Mutex<Vec<LinkedName>> = Mutex::new(Vec::new());
-
-/// A device that this session alone has, until it has let go.
-struct Claim(LinkedName);
-
-impl Claim {
-    fn of(name: &LinkedName) -> Result<Self, Failure> {
-        let mut open = locked(&OPEN);
-        if open.iter().any(|other| other.may_be(name)) {
-            return Err(Failure::bad_input(format_args!(
-                "a session on {name} is open already: close it first"
-            )));
-        }
-        open.push(name.clone());
-        Ok(Self(name.clone()))
-    }
-}
-
-impl Drop for Claim {
-    fn drop(&mut self) {
-        let mut open = locked(&OPEN);
-        if let Some(at) = open.iter().position(|other| *other == self.0) {
-            open.swap_remove(at);
-        }
-    }
-}
-
-/// Device, log and pace of a session.
-#[derive(Clone, Debug)]
-pub struct SessionOptions {
-    /// Keys of a `[wall]` but those of the law: the device and its loop, and the safety chain.
-    pub document: Document,
-    /// The log, which must not be there yet.
-    pub log: PathBuf,
-    /// Maker of the log, for its metadata.
-    pub provenance: BTreeMap<String, String>,
-    /// Settings of the thread of a loop by the clock; `None` for virtual time, which a device at a port does not have.
-    pub realtime: Option<RealtimeOptions>,
-}
 
 /// A law that may be felt.
 #[derive(Clone, Debug)]
@@ -134,54 +72,19 @@ struct Allowed {
     words: String,
 }
 
-/// Report of a session that has ended.
-#[derive(Clone, Debug, Serialize)]
-pub struct SessionReport {
-    /// Samples in the log, those that were dropped left out.
-    pub samples: u64,
-    /// Samples and events that are not in it.
-    pub dropped_samples: u64,
-    /// Time from the first sample to the last, s.
-    pub duration_s: f64,
-    /// Why it ended before it was closed; null if it did not.
-    pub ended_early: Option<String>,
-    /// The log of a fault; null without one.
-    pub fault_log: Option<String>,
-    /// Sentences for the user.
-    pub warnings: Vec<String>,
-}
-
-/// The end of the loop.
-#[derive(Debug)]
-struct Ended {
-    /// The failure, for the first who asks.
-    failure: Option<Failure>,
-    words: String,
-    report: Option<SessionReport>,
-}
-
-/// Facts of the device before it is armed.
-struct Connected {
-    /// Samples by which the loop here is later than one on it.
-    line: usize,
-    rise_ticks: u64,
-}
-
 #[derive(Debug, Default)]
 struct Course {
     allowed: Vec<Allowed>,
     regions: Vec<LawRegion>,
     /// Pairs of laws whose mixes are proved.
     mixes: BTreeSet<[usize; 2]>,
-    /// The law that is felt, or was the last to be.
-    newest: usize,
-    /// Number of walls that were felt.
-    number: u64,
+    /// The law of each stimulus, whose numbers begin at 1.
+    stimuli: Vec<usize>,
     /// The surface of the wall that is felt, m.
     surface_m: f64,
     /// A wall was felt since the last answer.
     may_answer: bool,
-    /// The newest wall whose certificate is in the log.
+    /// The newest stimulus whose certificate is in the log.
     certified: u64,
     /// Walls whose force the energy of a touch reduced.
     reduced: u64,
@@ -221,227 +124,6 @@ pub struct Session {
 
 /// Asked while somebody waits: true if the session is to stop.
 type Stops<'a> = &'a dyn Fn() -> bool;
-
-/// The document with what a session decides.
-fn prepared(options: &SessionOptions) -> Result<Document, Failure> {
-    let mut document = options.document.clone();
-    let given: Vec<String> = document.given().map(str::to_owned).collect();
-    let has = |key: &str| given.iter().any(|given| given == key);
-    if let Some(key) = law_keys().find(|key| has(key)) {
-        return Err(Failure::bad_input(format_args!(
-            "{key} is of a wall, not of the session: give it in a wall to allow"
-        )));
-    }
-    if !has(TRIAL_FORCE_LIMIT.key) {
-        return Err(Failure::bad_input(format_args!(
-            "{TRIAL_FORCE_LIMIT} is missing: give the largest force on a person"
-        )));
-    }
-    let mut set = |key: &str, value: toml::Value| document.set(TABLE, key, value, "");
-    set(ONE_SIDED.key, true.into())?;
-    let usual = [(PUSH, NO_PUSH_N)].into_iter();
-    let of_device = [MASS, DAMPING].map(|known| (known, known.default_number()));
-    let of_device = of_device.into_iter().filter(|_| !has(DEVICE_MODEL.key));
-    let sample_time = [(SAMPLE_TIME, SAMPLE_TIME.default_number())];
-    for (known, number) in usual.chain(of_device).chain(sample_time) {
-        if !has(known.key) {
-            set(known.key, number.into())?;
-        }
-    }
-    if has(DEVICE.key) && !has(LOOP.key) {
-        set(LOOP.key, "host".into())?;
-    }
-    Ok(document)
-}
-
-/// The law of no force.
-fn no_law() -> Result<Document, Failure> {
-    let mut document = Document::new(TABLE);
-    for law in [ORDER, STIFFNESS, DISSIPATION] {
-        document.set(TABLE, law.key, 0.0, "")?;
-    }
-    Ok(document)
-}
-
-/// The wall of a document.
-fn wall(document: &Document) -> Result<WallExperiment, Failure> {
-    let experiment = ExperimentFile::open(document)?;
-    let wall: Option<&WallExperiment> = experiment.of();
-    wall.filter(|wall| wall.trial.setup.second.is_none())
-        .cloned()
-        .ok_or_else(|| Failure::bad_input("a session feels walls alone, without [drive]"))
-}
-
-/// The folder and stem of a log.
-fn request(log: &Path, provenance: BTreeMap<String, String>) -> Result<FolderRequest, Failure> {
-    let stem = log
-        .file_stem()
-        .map(|stem| stem.to_string_lossy().into_owned());
-    let is_log = log.extension().is_some_and(|ending| ending == "mcap");
-    let Some(stem) = stem.filter(|_| is_log) else {
-        return Err(Failure::bad_input(format_args!(
-            "log = \"{}\" is not the name of a log: write it as p07.mcap",
-            log.display()
-        )));
-    };
-    if log.exists() {
-        return Err(Failure::exists(
-            log,
-            "choose another log, or move it away".to_owned(),
-        ));
-    }
-    let folder = log.parent().filter(|folder| !folder.as_os_str().is_empty());
-    Ok(FolderRequest {
-        out: Some(folder.unwrap_or(Path::new(".")).to_owned()),
-        stem,
-        overwrite: false,
-        roll_bytes: None,
-        provenance,
-    })
-}
-
-/// All that the thread of the loop owns.
-struct Work {
-    wall: WallExperiment,
-    controller: Controller<f64, 1, FadingFelt>,
-    looping: Looping,
-    request: FolderRequest,
-    metadata: BTreeMap<String, String>,
-    gate: Option<Arc<Gate>>,
-    stop: Arc<AtomicBool>,
-    connected: Sender<Connected>,
-    /// Mass and damping are given.
-    is_known: bool,
-}
-
-impl Work {
-    /// Runs to the end of the session; the warnings besides.
-    fn run(self) -> (Result<Ran, Failure>, Vec<String>) {
-        let heard = Mutex::new(Vec::new());
-        let warn = |text: &str| locked(&heard).push(text.to_owned());
-        let stop = Arc::clone(&self.stop);
-        let supervisor = Supervisor {
-            stop: &stop,
-            progress: &|_| (),
-            live: None,
-            warn: &warn,
-        };
-        let schedule = self.wall.schedule(TICKS);
-        let ran = match self.wall.conduct.remote.clone() {
-            None => self.simulated(schedule, supervisor),
-            Some(device) => self.steered(&device, schedule, supervisor),
-        };
-        (
-            ran,
-            heard.into_inner().unwrap_or_else(PoisonError::into_inner),
-        )
-    }
-
-    fn steered(
-        mut self,
-        device: &RemoteDevice,
-        schedule: Schedule,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        let law = law_of(&self.wall.trial.setup);
-        let run = RemoteRun {
-            metadata: self.metadata,
-            ..RemoteRun::new(device, law, schedule, &|_| blank(0.0), &self.request)
-        };
-        let connected = |link: &SerialLink, rise_ticks| {
-            let simulated = link.capabilities().simulated;
-            if !(simulated || self.is_known) {
-                return Err(Failure::bad_input(format_args!(
-                    "the device is unknown, so no wall can be judged: give {DEVICE_MODEL}, or {MASS} and {DAMPING}"
-                )));
-            }
-            // Whoever opens may have given up.
-            let _ = self.connected.send(Connected {
-                line: delay_of(link, device, schedule),
-                rise_ticks,
-            });
-            Ok(())
-        };
-        let mut steering = Steering(self.looping);
-        run.steered(&mut self.controller, &mut steering, connected, supervisor)
-    }
-
-    fn simulated(mut self, schedule: Schedule, supervisor: Supervisor<'_>) -> Result<Ran, Failure> {
-        let setup = &self.wall.trial.setup;
-        let free = MassDamperConfig {
-            stiffness: NewtonsPerMetre(0.0),
-            ..setup.device
-        };
-        let mut device = HeldDevice::new(free, setup.sensors)?;
-        let _ = self.connected.send(Connected {
-            line: 0,
-            rise_ticks: 0,
-        });
-        let mut world = HeldWorld::new(
-            &mut self.controller,
-            &mut device,
-            self.looping,
-            self.gate,
-            supervisor.stop,
-        );
-        run_logged(
-            &mut world,
-            schedule,
-            (&self.request, self.metadata),
-            supervisor,
-        )
-    }
-}
-
-impl Ended {
-    fn of(ran: Result<Ran, Failure>, mut warnings: Vec<String>, log: &Path) -> Self {
-        let ran = match ran {
-            Ok(ran) => ran,
-            Err(failure) => {
-                return Self {
-                    words: format!("the session has ended: {failure}"),
-                    failure: Some(failure),
-                    report: None,
-                };
-            }
-        };
-        let record = &ran.record;
-        let early = record.reason().map(|reason| {
-            let let_go = record.let_go().map(|let_go| let_go.words());
-            let let_go = let_go.map_or(String::new(), |words| format!("; {words}"));
-            format!(
-                "{reason}{let_go}; the session ended at {}, its log {} is kept",
-                written("time_s", record.duration_s()),
-                log.display()
-            )
-        });
-        warnings.extend(ran.live_warnings);
-        let failure = early.as_ref().map(|words| {
-            if record.device_lost() {
-                Failure::device(words)
-            } else {
-                Failure::run(words)
-            }
-        });
-        let dropped = record.dropped;
-        let lost = (dropped > 0).then(|| format!("{dropped} samples or events are not in the log"));
-        warnings.extend(lost);
-        Self {
-            words: early
-                .clone()
-                .unwrap_or_else(|| "the session is closed".to_owned()),
-            failure,
-            report: Some(SessionReport {
-                samples: ran.log.samples,
-                dropped_samples: dropped,
-                duration_s: record.duration_s(),
-                ended_early: early,
-                fault_log: ran.fault_log.map(|path| path.display().to_string()),
-                warnings,
-            }),
-        }
-    }
-}
 
 impl Session {
     /// Opens the device and arms it; returns when its force may be whole. `guard` is kept until the device has let go; setting `stop` ends
@@ -621,145 +303,8 @@ impl Session {
         ticks(time_s, self.t) as u64
     }
 
-    /// Judges walls, each with the keys of a `[wall]` for its law, on this device, free and in a hand. All may be felt, or none; the number
-    /// of the first.
-    ///
-    /// # Errors
-    /// The first that may not be felt, by its place among them, and why.
-    pub fn allow(&self, walls: &[Document]) -> Result<usize, Failure> {
-        self.goes_on()?;
-        let judged = walls.iter().enumerate().map(|(place, wall)| {
-            let judged = self.law_of(wall).and_then(|trial| self.judged(trial));
-            judged.map_err(|failure| Failure::bad_input(format_args!("wall {place}: {failure}")))
-        });
-        let judged = judged.collect::<Result<Vec<Allowed>, Failure>>()?;
-        let mut course = locked(&self.course);
-        let first = course.allowed.len();
-        course.allowed.extend(judged);
-        Ok(first)
-    }
-
-    /// The law of its keys on this device.
-    fn law_of(&self, law: &Document) -> Result<WallTrial, Failure> {
-        if let Some(other) = law
-            .given()
-            .find(|given| law_keys().all(|key| key != *given))
-        {
-            let keys: Vec<&str> = law_keys().collect();
-            return Err(Failure::bad_input(format_args!(
-                "{other} is not a key of a wall to feel: give some of {}",
-                keys.join(", ")
-            )));
-        }
-        Ok(wall(&self.base.with(law)?)?.trial)
-    }
-
-    /// The device behind the line, free and in a hand.
-    fn devices(&self) -> [Dynamics; 2] {
-        let free = Dynamics {
-            delay_s: self.dynamics.delay_s + self.line as f64 * self.t.0,
-            ..self.dynamics
-        };
-        let held = Dynamics {
-            damping_n_s_per_m: free.damping_n_s_per_m + HAND_DAMPING.0,
-            hand_stiffness_n_per_m: free.hand_stiffness_n_per_m + HAND_STIFFNESS.0,
-            ..free
-        };
-        [free, held]
-    }
-
-    fn judged(&self, trial: WallTrial) -> Result<Allowed, Failure> {
-        let [free, held] = self.devices();
-        let (felt, free) = trial.judged_law(HORIZON, free, 0)?;
-        refuse_unstable(&free)?;
-        refuse_unstable(&trial.look(HORIZON).verdict(held, 0)?)?;
-        let tissue = trial.tissue.as_ref().map(|piece| {
-            let model = &piece.material.model;
-            let numbers = model.parameters().into_iter();
-            let numbers = numbers.map(|(parameter, value)| format!("{} {value}", parameter.name));
-            let numbers: Vec<String> = numbers.collect();
-            format!(
-                "tissue {} ({}: {}), ",
-                piece.material.name,
-                model.kind().name(),
-                numbers.join(", ")
-            )
-        });
-        let words = format!(
-            "{}order {}, K {} N/m, B {} N·s^μ/m, scheme {}, contact {}",
-            tissue.unwrap_or_default(),
-            trial.order,
-            trial.stiffness_n_per_m,
-            trial.dissipation_n_s_mu_per_m,
-            trial.scheme,
-            trial.contact.name()
-        );
-        Ok(Allowed {
-            law: felt,
-            trial,
-            words,
-        })
-    }
-
-    /// Proves all laws between two, and all mixes of two of them, on this device, free and in a hand. Each may be felt then.
-    ///
-    /// # Errors
-    /// Two that are not of one kind; a region that is not proved, with the largest part of it that is.
-    pub fn allow_between(&self, ends: [&Document; 2]) -> Result<(), Failure> {
-        self.goes_on()?;
-        let [first, second] = ends;
-        let region = LawRegion::new([self.law_of(first)?, self.law_of(second)?])?;
-        region.prove(&self.devices())?;
-        locked(&self.course).regions.push(region);
-        Ok(())
-    }
-
-    /// The number of a law that lies in a region: it may be felt.
-    ///
-    /// # Errors
-    /// A law outside of what was allowed, with the nearest that is inside.
-    pub fn inside(&self, law: &Document) -> Result<usize, Failure> {
-        self.goes_on()?;
-        let trial = self.law_of(law)?;
-        let mut course = locked(&self.course);
-        let mut nearest: Option<(String, f64)> = None;
-        for region in &course.regions {
-            match region.holds(&trial) {
-                Some(Ok(())) => {
-                    // Its own operator is judged too: the proof is of one without a tolerance.
-                    let allowed = self.judged(trial)?;
-                    course.allowed.push(allowed);
-                    return Ok(course.allowed.len() - 1);
-                }
-                Some(Err(off)) if nearest.as_ref().is_none_or(|known| off.1 < known.1) => {
-                    nearest = Some(off);
-                }
-                Some(Err(_)) | None => {}
-            }
-        }
-        Err(Failure::bad_input(match nearest {
-            Some((nearest, _)) => format!(
-                "this wall is outside of what was allowed: the nearest inside has {nearest}"
-            ),
-            None => NOT_ALLOWED.to_owned(),
-        }))
-    }
-
-    /// Proves what is felt while one law becomes another.
-    fn prove_change(&self, course: &mut Course, to: usize) -> Result<(), Failure> {
-        let from = course.newest;
-        let pair = [from.min(to), from.max(to)];
-        if from == to || course.mixes.contains(&pair) {
-            return Ok(());
-        }
-        let laws = pair.map(|law| &course.allowed[law].trial);
-        prove_mix(laws, &self.devices())?;
-        course.mixes.insert(pair);
-        Ok(())
-    }
-
     /// Makes a wall be felt behind a surface, m, and begins to sum what is felt, over so many ticks at most. Where a wall is felt already,
-    /// this one takes its place without a bump, held or not. The first waits until the handle is in front of it; false if that takes longer
+    /// this one takes its place without a bump, held or not, once no other fades any more. The first waits until the handle is in front of it; false if that takes longer
     /// than the patience, s, and the wall does not come any more.
     ///
     /// # Errors
@@ -783,11 +328,11 @@ impl Session {
         let mut course = locked(&self.course);
         let allowed = course.allowed.get(wall).cloned();
         let allowed = allowed.ok_or_else(|| Failure::bad_input(NOT_ALLOWED))?;
-        if locked(&self.shared.kept).stimulus != 0 {
-            self.prove_change(&mut course, wall)?;
-        }
+        let felt = locked(&self.shared.kept).stimulus;
+        self.prove_change(&mut course, felt, wall)?;
+        self.settled(stops)?;
         self.certify(&mut course)?;
-        let number = course.number + 1;
+        let number = course.stimuli.len() as u64 + 1;
         let event = event(
             "feel",
             format!("wall {wall}: {}, surface {surface_m} m", allowed.words),
@@ -820,14 +365,19 @@ impl Session {
             u64::MAX
         };
         self.orders.give(order)?;
-        course.number = number;
+        course.stimuli.push(wall);
         if !self.came(number, made, patience, stops)? {
             course.certified = number;
             (self.orders).give(LoopOrder::Change(self.nothing(made, None)))?;
             return Ok(false);
         }
-        (course.surface_m, course.may_answer, course.newest) = (surface_m, true, wall);
+        (course.surface_m, course.may_answer) = (surface_m, true);
         Ok(true)
+    }
+
+    /// Waits until one law alone acts: each change is one of two laws, and its certificate has all of its fade.
+    fn settled(&self, stops: Stops<'_>) -> Result<(), Failure> {
+        self.wait(1, stops, |kept| kept.settled.then_some(()))
     }
 
     /// Waits for the first tick of a stimulus, so many ticks after this one at most; false if it did not come.
@@ -885,10 +435,11 @@ impl Session {
 
     /// Puts the certificate of the wall that ends into the log.
     fn certify(&self, course: &mut Course) -> Result<(), Failure> {
-        if course.certified == course.number {
+        let newest = course.stimuli.len() as u64;
+        if course.certified == newest {
             return Ok(());
         }
-        course.certified = course.number;
+        course.certified = newest;
         let Certificate {
             exact_share,
             fade_ticks,
@@ -1071,22 +622,4 @@ fn event(kind: &str, text: String) -> EventMessage {
         kind: kind.to_owned(),
         text,
     }
-}
-
-/// All keys of a session for its log.
-fn provenance(
-    base: &Document,
-    mut provenance: BTreeMap<String, String>,
-) -> Result<BTreeMap<String, String>, Failure> {
-    base.keep_in(&mut provenance)?;
-    // It is no wall that could be run again.
-    let not_of_it = [IN_LOG.1, ORDER.key, STIFFNESS.key, DISSIPATION.key];
-    provenance.retain(|key, _| !not_of_it.contains(&key.as_str()));
-    Ok(provenance)
-}
-
-fn metadata(wall: &WallExperiment) -> BTreeMap<String, String> {
-    let mut metadata = wall.metadata();
-    metadata.insert("experiment".to_owned(), KIND.to_owned());
-    metadata
 }

@@ -1,5 +1,7 @@
 //! The loop in virtual time: walls that change in the hand, and sessions on the simulated device.
 
+mod sequences;
+
 use super::ticking::{Around, FeltController, Looping};
 use super::*;
 use fracdiff::{Order, Scheme};

@@ -47,6 +47,8 @@ pub(super) struct Kept {
     pub(super) position_m: f64,
     /// The law of the newest of them.
     pub(super) stimulus: u64,
+    /// No other law fades.
+    pub(super) settled: bool,
     /// Sums over the ticks of the stimulus that is felt.
     pub(super) tally: Tally,
     pub(super) certifying: Certifying,
@@ -65,6 +67,7 @@ impl Kept {
         let before_m = std::mem::replace(&mut self.position_m, f64::NAN);
         self.position_m = ticked.sample.reading.position_m[0];
         self.stimulus = ticked.stimulus;
+        self.settled = ticked.settled;
         let (reading, force) = (&ticked.sample.reading, ticked.sample.force.newtons());
         let at = (reading.tick, reading.time_s);
         let counted = self.tally.ticks;

@@ -250,8 +250,8 @@ impl<E: Environment<f64, 1> + Surfaced> Fading<E> {
         history.touch.factor = touch.factor(wanted_n, at_m, (history.share, self.step));
         history.touch.taken_j -= 0.5 * (touch.sent_n + sent_n) * (at_m - touch.position_m);
         history.touch.sent_n = sent_n;
-        if wanted_n == 0.0 && looks {
-            // No law acts, since all push or are zero: so the old one may go at once.
+        if asked.is_some_and(|asked| asked.mixed_n == 0.0 && asked.new_n == 0.0) {
+            // No law acts, since all push or are zero: so the old one may go at once. Where the fade begins, only the old one is mixed.
             history.share = 1.0;
             if at_m <= self.new.surface_m() {
                 history.touch = Touch::NONE;
@@ -396,6 +396,19 @@ mod tests {
             .map(|pair| (pair[1] - pair[0]).abs());
         let (largest, apart) = (steps.fold(0.0, f64::max), (old[500] - new[500]).abs());
         assert!(apart > 10.0 * largest, "{largest} of {apart}");
+    }
+
+    #[test]
+    fn a_wall_that_comes_where_the_one_before_has_let_go_comes_by_the_fade() {
+        // A spring-pot alone pushes no more once it is left, still behind its surface.
+        let laws = [tissue(0.5, 0.0, 20.0), tissue(1.0, 300.0, 0.0)];
+        let part = |n: u32, from: f64, long: f64| ((f64::from(n) - from) / long).clamp(0.0, 1.0);
+        let motion = |n| 4e-3 * part(n, 0.0, 300.0) - 1.5e-3 * part(n, 600.0, 100.0);
+        let (_, forces) = given((&laws, 100), &[720], motion, 1000);
+        assert_eq!(forces[710..721], [0.0; 11]);
+        let steps = forces[719..].windows(2).map(|pair| pair[0] - pair[1]);
+        assert!(steps.fold(0.0, f64::max) < 1.1 * 300.0 * 2.5e-3 / 100.0);
+        assert!(forces[999] < -0.5, "{}", forces[999]);
     }
 
     #[test]

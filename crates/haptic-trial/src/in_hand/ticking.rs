@@ -91,6 +91,8 @@ pub struct Ticked {
     pub stimulus: u64,
     /// Forces before they became the one of the sample; `None` where the law alone is felt, and is whole.
     pub asked: Option<Asked>,
+    /// In the next tick one law alone acts: no other fades.
+    pub settled: bool,
 }
 
 /// Facts of a tick that only the runner of a loop knows.
@@ -181,6 +183,7 @@ pub struct Looping {
     /// The number of the law that is felt, and of the one in this tick.
     stimulus: (u64, u64),
     asked: Option<Asked>,
+    settled: bool,
     event: Option<EventMessage>,
     /// The loop comes to rest, or is there.
     pub stopping: bool,
@@ -202,6 +205,7 @@ impl Looping {
             begins: false,
             stimulus: (0, 0),
             asked: None,
+            settled: true,
             event: None,
             stopping: false,
         }
@@ -318,6 +322,7 @@ impl Looping {
         self.asked = controller.law_mut().1.asked();
         self.catch_up(controller);
         self.begin(controller, position_m);
+        self.settled = controller.law_mut().1.is_settled();
     }
 
     /// Reports the tick that was heard last.
@@ -335,6 +340,7 @@ impl Looping {
             fresh: self.fresh,
             stimulus: self.stimulus.1,
             asked: self.asked,
+            settled: self.settled,
         };
         if self.ends.out.push(FromLoop::Tick(ticked)).is_err() {
             self.counts.lost.fetch_add(1, Ordering::Relaxed);
