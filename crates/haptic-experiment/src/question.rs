@@ -252,6 +252,9 @@ impl Answer {
             Self::ZWidth(report) if report.controller.is_some() => {
                 folder.write_table(&[], report.scales.iter())
             }
+            Self::ZWidth(report) if report.hands.is_some() => {
+                folder.write_table(&[], report.interval_rows())
+            }
             Self::ZWidth(report) => folder.write_table(&[], report.rows()),
             Self::Design(found) => folder.write_table(&[], found.candidates.iter()),
             Self::Coupler(found) => folder.write_table(&[], found.candidates.iter()),

@@ -238,8 +238,8 @@ fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> Gu
     }
 }
 
-/// The hand of a robot as the judge knows it, which reads the place of the command.
-fn held_by(robot: &RobotModel, hand: HandImpedance) -> MassDamperConfig {
+/// The hand of a robot, with the tool, as the judge knows it, which reads the place of the command.
+pub fn held_by(robot: &RobotModel, hand: HandImpedance) -> MassDamperConfig {
     MassDamperConfig {
         mass: Kilograms(hand.mass_kg + robot.place.robot.tool_mass_kg()),
         damping: NewtonSecondsPerMetre(hand.damping_n_s_per_m),
@@ -254,7 +254,7 @@ fn held_by(robot: &RobotModel, hand: HandImpedance) -> MassDamperConfig {
 }
 
 /// Keys of a device of forces, which a robot has not.
-const OF_FORCES: [p::Parameter; 10] = [
+pub const OF_FORCES: [p::Parameter; 10] = [
     p::MASS,
     p::DAMPING,
     p::HAND_STIFFNESS,

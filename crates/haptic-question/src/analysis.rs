@@ -11,6 +11,7 @@ pub mod teleoperation;
 pub mod wall;
 
 use crate::analysis::admittance::MovingDevice;
+pub(crate) use crate::analysis::admittance::{RUN_S, RobotTap};
 pub use crate::analysis::answer::{
     AdmittancePoint, Analysed, BodyPoint, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind,
     Region, SensitivityPoint, StableBodies, StableHands, decibel, logarithmic, rate,

@@ -15,14 +15,17 @@
 //! - *Cost*: about 60 runs of a quarter of a millisecond a cell, twice that with friction, up to six times that of one that only
 //!   pushes.
 //!
+//! - *A robot that moves*, by the device file of one, is tried in each corner of its hands, and its stable walls are intervals.
+//!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
 pub mod campaign;
 pub mod rig;
+mod robot;
 mod search;
 mod upward;
 
-use crate::analysis::{ANALYSED_CONTROLLER, ANALYSED_TISSUE, law};
+use crate::analysis::{ANALYSED_CONTROLLER, ANALYSED_TISSUE, RUN_S, law};
 use crate::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use fracdiff::{Order, Scheme};
 use haptic_document::Warn;
@@ -37,6 +40,7 @@ use haptic_judge::modelled_tissue::TissuePiece;
 use haptic_judge::position_controller::PositionController;
 use haptic_judge::preflight::WallContact;
 use haptic_judge::settling::Criterion;
+use haptic_judge::setup::{OF_FORCES, held_by};
 use haptic_judge::tissue_table::linear_piece;
 use haptic_judge::trial::{TRIAL_SAMPLES, TrialPlan, plan};
 use haptic_loop::plant::MassDamperConfig;
@@ -44,11 +48,13 @@ use haptic_loop::units::{Newtons, Seconds};
 use haptic_quantity::{digits, in_five_digits, written};
 use haptic_tissue::Model;
 use haptic_trial::Sensors;
-use haptic_trial::device_table::{samples_fit, without};
-use haptic_trial::keys::trial::{CRITERION, IMPACT, PUSH, THRESHOLD, WINDOW};
+use haptic_trial::device_table::{robot, samples_fit, without};
+use haptic_trial::keys::trial::{CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_FORCE_LIMIT, WINDOW};
 use haptic_trial::keys::wall::ONE_SIDED;
+use haptic_trial::robot::RobotModel;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 parameters! {
     pub mod keys;
@@ -92,6 +98,8 @@ pub struct AtPort {
 pub struct ZWidth {
     /// The device with its imperfections; for a serial device only mass, damping and hand.
     pub device: MassDamperConfig,
+    /// The robot in place of it all, of which `device` is the largest hand.
+    pub robot: Option<Arc<RobotModel>>,
     /// The device that the analysis takes: for a serial device the model from its file.
     pub analysed: Option<MassDamperConfig>,
     /// Encoder resolution and noise of the position that the loop reads.
@@ -207,8 +215,25 @@ impl ZWidth {
                 format!("on the simulated device, whose search is short: give another {DEVICE}");
             without(table, [&CAMPAIGN], &why)?;
         }
-        let duration_s = table.number(&TRIAL_DURATION)?;
         let sample_time_s = bench.plant.sample_time.0;
+        let robot = robot(table, None, sample_time_s)?;
+        let mut duration_s = table.number(&TRIAL_DURATION)?;
+        if let Some(robot) = &robot {
+            if let Some(key) = Self::idle_on_a_robot().find(|key| table.has(key)) {
+                let reason = format!(
+                    "{} has no effect on a robot, which a tap of push_n tries in each corner of its hands: omit it",
+                    key.key
+                );
+                return Err(table.fail_at(key.key, reason).into());
+            }
+            if at_port.is_some() {
+                let reason = "a robot is tried in virtual time, where nobody is pushed: omit it, and `run` the wall that was found on the robot";
+                return Err(table.fail_at(DEVICE.key, reason).into());
+            }
+            bench.plant = held_by(robot, robot.place.hand([1; 3]));
+            let given = table.number_if(&TRIAL_DURATION)?;
+            duration_s = given.unwrap_or(RUN_S);
+        }
         samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
         let (orders, points) = match &growing {
             Some(growing) => (vec![growing.order()], 1),
@@ -219,6 +244,7 @@ impl ZWidth {
         };
         let zwidth = Self {
             device: bench.plant,
+            robot: robot.map(Arc::new),
             analysed,
             sensors: bench.sensors,
             contact: WallContact::of(table.flag(&ONE_SIDED)?),
@@ -237,6 +263,20 @@ impl ZWidth {
             .check()
             .map_err(|error| table.fail(error.to_string()))?;
         Ok(zwidth)
+    }
+
+    /// Keys of another device than a robot, of another trial, or of another law than a wall that pulls too.
+    fn idle_on_a_robot() -> impl Iterator<Item = &'static Parameter> {
+        const OTHERS: [Parameter; 7] = [
+            ANALYSED_TISSUE,
+            ANALYSED_CONTROLLER,
+            ONE_SIDED,
+            WINDOW,
+            CRITERION,
+            THRESHOLD,
+            TRIAL_FORCE_LIMIT,
+        ];
+        OF_FORCES.iter().chain(LESS_THAN_IDEAL).chain(&OTHERS)
     }
 
     /// The specimen in place of walls.
@@ -287,6 +327,9 @@ pub struct ZWidthReport {
     /// Its mass, damping, hand and sample time.
     #[serde(flatten)]
     pub asked: AskedDevice,
+    /// The hands of a robot, whose largest one with the tool is the device above; none of a device of forces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hands: Option<Hands>,
     /// δ = bT/m of the device.
     pub delta: f64,
     /// The operator of the walls, as documents write it.
@@ -345,6 +388,28 @@ pub struct OrderBoundary {
     pub units: (f64, f64),
 }
 
+/// Least and largest hand of a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Hands {
+    /// Mass without the tool, kg.
+    pub mass_kg: [f64; 2],
+    /// Damping, N·s/m.
+    pub damping_n_s_per_m: [f64; 2],
+    /// Stiffness, N/m.
+    pub stiffness_n_per_m: [f64; 2],
+}
+
+/// Walls that a robot bears in its hands.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct InHands {
+    /// Intervals of K, N/m, in which the robot comes to rest in every corner of its hands, by trial.
+    pub stable_n_per_m: Vec<[f64; 2]>,
+    /// Those that the analysis calls stable.
+    pub analysis_stable_n_per_m: Vec<[f64; 2]>,
+    /// K up to which every softer wall is proved for all hands, between the corners too; null if this dissipation alone is not.
+    pub proved_up_to_n_per_m: Option<f64>,
+}
+
 /// Factors by which a specimen, as its area, or a controller, as its gain, may grow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Scales {
@@ -360,7 +425,7 @@ pub struct Scales {
 }
 
 /// One point of a boundary.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BoundaryPoint {
     /// B of the wall, in the unit of its order.
     pub dissipation: f64,
@@ -383,9 +448,30 @@ pub struct BoundaryPoint {
     /// device file is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated_without_friction_n_per_m: Option<f64>,
+    /// All stable walls of a robot with this B; `None` for a device of forces.
+    #[serde(flatten)]
+    pub in_hands: Option<InHands>,
     /// Scales of a specimen or controller; `None` for a wall.
     #[serde(skip)]
     pub scales: Option<Scales>,
+}
+
+impl BoundaryPoint {
+    /// The softest wall up to the stiffest one, if walls below it are not stable, N/m.
+    pub fn stable_from_n_per_m(&self) -> Option<f64> {
+        let [from, _] = *self.in_hands.as_ref()?.stable_n_per_m.last()?;
+        (from > 0.0).then_some(from)
+    }
+}
+
+/// A row of the table of a robot's stable walls.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct IntervalRow {
+    order: f64,
+    dissipation_n_s_mu_per_m: f64,
+    stable_from_n_per_m: f64,
+    stable_to_n_per_m: f64,
+    proved_up_to_n_per_m: Option<f64>,
 }
 
 /// A row of the table of all points.
@@ -433,7 +519,12 @@ impl ZWidthReport {
                     .held_by_friction_up_to_n_per_m
                     .filter(|_| self.device != "sim")
                 {
-                    None => format!("stiffest wall: K = {stiffness}, of order {order}"),
+                    None => {
+                        let from = point.stable_from_n_per_m().map(words);
+                        let from = from.map(|from| format!(", from {from} on"));
+                        let from = from.unwrap_or_default();
+                        format!("stiffest wall: K = {stiffness}, of order {order}{from}")
+                    }
                     Some(held) => format!(
                         "held by friction: K = {stiffness} to {}, of order {order}{}",
                         words(held),
@@ -480,7 +571,25 @@ impl ZWidthReport {
                 "the analysis needs the device's delay and lag: give {DEVICE_MODEL}, the file from host-cli device measure"
             ));
         }
-        if self.disagreements > 0 {
+        let parted = points.clone().filter(|point| {
+            let stable = point.in_hands.as_ref().map(|walls| &walls.stable_n_per_m);
+            stable.is_some_and(|stable| stable.len() > 1 || stable[0][0] > 0.0)
+        });
+        match parted.count() {
+            0 => {}
+            parted => warn(&format!(
+                "softer walls than the stiffest one are not stable at {parted} of {} points, whose stable walls are the intervals of \
+                 stable_n_per_m: a hand passes them on its way",
+                points.clone().count()
+            )),
+        }
+        if self.disagreements > 0 && self.hands.is_some() {
+            warn(&format!(
+                "trial and analysis differ by more than 5 % at an end of an interval at {} of {} points: the trial knows only its {TRIAL_DURATION}",
+                self.disagreements,
+                points.count()
+            ));
+        } else if self.disagreements > 0 {
             warn(&format!(
                 "trial and analysis differ by more than 5 %, in K and in K and B together, at {} of {} points (analysis \
                  agrees: no): the analysis knows no friction, encoder, force limit or one-sided wall, the trial only its \
@@ -505,10 +614,36 @@ impl ZWidthReport {
         if self.has_found() || self.ended_early.is_some() {
             return Ok(());
         }
+        if self.hands.is_some() {
+            return Err(Failure::run(format_args!(
+                "{} in every hand: `analyze admittance` says how heavy the body must be; or {TRIAL_DURATION} is too short",
+                self.stiffest()
+            )));
+        }
         Err(Failure::run(format_args!(
             "{}: it pushes the device away, or friction, the encoder or too short a {TRIAL_DURATION} keeps it from rest; change one of them",
             self.stiffest()
         )))
+    }
+
+    /// All stable intervals of a robot as rows of a table.
+    pub fn interval_rows(&self) -> impl Iterator<Item = impl Serialize> {
+        let points = self.orders.iter().flat_map(|order| {
+            let points = order.boundary.iter();
+            points.map(|point| (order.order, point))
+        });
+        points.flat_map(|(order, point)| {
+            point.in_hands.iter().flat_map(move |walls| {
+                let row = move |[from, to]: &[f64; 2]| IntervalRow {
+                    order,
+                    dissipation_n_s_mu_per_m: point.dissipation,
+                    stable_from_n_per_m: *from,
+                    stable_to_n_per_m: *to,
+                    proved_up_to_n_per_m: walls.proved_up_to_n_per_m,
+                };
+                walls.stable_n_per_m.iter().map(row)
+            })
+        })
     }
 
     /// All points as rows of a table.

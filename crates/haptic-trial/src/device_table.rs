@@ -159,13 +159,13 @@ pub fn is_robot(path: &Path, text: &str) -> Result<bool, FileError> {
 
 /// True of a table that may be of a robot.
 fn takes_robot(table: &Table<'_>) -> bool {
-    ["wall", "analyze-admittance"].contains(&table.name)
+    ["wall", "zwidth", "analyze-admittance"].contains(&table.name)
 }
 
 /// The device of a file, which is no robot.
 fn device_in(path: &Path, text: &str) -> Result<DeviceModel, FileError> {
     if is_robot(path, text)? {
-        let reason = "[admittance] is of a robot that moves, which [wall] takes and `analyze admittance` judges: give the file of a [device]";
+        let reason = "[admittance] is of a robot that moves, which [wall] and [zwidth] take and `analyze admittance` judges: give the file of a [device]";
         return Err(Parsed::of(path, text)?.fail(reason));
     }
     DeviceModel::parse(path, text)

@@ -8,8 +8,9 @@
 //! body_inertance_n_s_mu_per_m = 8     # m of m·D^α + b
 //! body_damping_n_s_per_m = 20
 //! ```
-//! One reading serves the analysis, the simulated robot and whatever renders on a real one. Without bandwidth and dead time there is no verdict
-//! on a robot, so that these keys are required.
+//! A device file may have `[state_space]` with `a`, `b`, `c` and `delay_s`, from commanded to true velocity, in place of bandwidth, damping ratio
+//! and dead time. One reading serves the analysis, the simulated robot and whatever renders on a real one. Without them there is no
+//! verdict on a robot, so that these keys are required.
 
 use crate::advice::{analysed, parameter};
 use crate::keys::admittance::{
@@ -27,9 +28,12 @@ use haptic_analysis::{
     AdmittanceBody, AdmittanceBox, AdmittanceLoop, AdmittanceNumber, AdmittanceWorld, ForceFilter,
     HandImpedance, LoopOperator, Robot, VelocityLoop,
 };
-use haptic_document::parameters::Parameter;
+use haptic_document::parameters::{
+    CURRENT_LAG, DEAD_TIME, Parameter, STATE_A, STATE_B, STATE_B_HAND, STATE_C, STATE_C_HAND,
+    STATE_PLANT,
+};
 use haptic_document::{Cause, Failure, FileError, Interval, Parsed, Table};
-use haptic_loop::plant::{RobotHand, RobotLoop, SimulatedRobot, SimulatedRobotConfig};
+use haptic_loop::plant::{LOOP_STATES, RobotHand, RobotLoop, SimulatedRobot, SimulatedRobotConfig};
 use haptic_loop::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre,
     Newtons, NewtonsPerMetre,
@@ -39,10 +43,13 @@ use haptic_loop::{
     MotionStartRefused, VirtualBody,
 };
 use haptic_remote::{COEFFICIENTS_MAX, DeviceOperator};
+use nalgebra::{SMatrix, SVector};
 use std::path::Path;
 
 /// The table of a robot.
 pub const ADMITTANCE: &str = "admittance";
+/// The table of its loop by states, in a device file.
+const STATES: &str = "state_space";
 /// Memory for which the analysis designs an operator of all of the past, samples.
 const HORIZON: f64 = 1e6;
 
@@ -288,16 +295,86 @@ impl Differintegrator<f64> for BodyOperator {
     }
 }
 
+/// The robot's own loop, as the analysis and as its twin in virtual time have it.
+struct OwnLoop {
+    analysed: VelocityLoop,
+    simulated: RobotLoop,
+    dead_time_s: f64,
+}
+
+impl OwnLoop {
+    /// The loop of bandwidth, damping ratio and dead time.
+    fn second_order(table: &Table<'_>) -> Result<Self, Failure> {
+        let [frequency, dead_time] =
+            [&ROBOT_BANDWIDTH, &ROBOT_DEAD_TIME].map(|key| measured(table, key));
+        let (frequency, ratio) = (frequency?, table.number(&ROBOT_DAMPING)?);
+        Ok(Self {
+            analysed: VelocityLoop::second_order(frequency, ratio).map_err(analysed)?,
+            simulated: RobotLoop::second_order(Hertz(frequency), ratio).map_err(parameter)?,
+            dead_time_s: dead_time?,
+        })
+    }
+
+    /// The loop of `[state_space]`, in place of those keys.
+    fn of_states(table: &Table<'_>, states: &Table<'_>) -> Result<Self, FileError> {
+        let idle = [
+            (table, &ROBOT_BANDWIDTH),
+            (table, &ROBOT_DAMPING),
+            (table, &ROBOT_DEAD_TIME),
+            (states, &STATE_B_HAND),
+            (states, &STATE_C_HAND),
+            (states, &CURRENT_LAG),
+        ];
+        if let Some((table, key)) = idle.into_iter().find(|(table, key)| table.has(key)) {
+            let reason = format!(
+                "{} has no effect: [state_space] has the robot's loop by a, b, c and delay_s, and [admittance] its hands; omit it",
+                key.key
+            );
+            return Err(table.fail_at(key.key, reason));
+        }
+        let rows = states.matrix(&STATE_A)?;
+        let [b, c] = [&STATE_B, &STATE_C].map(|key| states.numbers(key));
+        let (b, c) = (b?, c?);
+        let n = b.len();
+        let is_square = rows.len() == n && rows.iter().all(|row| row.len() == n);
+        if !is_square || c.len() != n || !(1..=LOOP_STATES).contains(&n) {
+            let reason = format!(
+                "a has {} rows for {n} numbers of b and {} of c: a robot has from 1 to {LOOP_STATES} states, as many of each",
+                rows.len(),
+                c.len()
+            );
+            return Err(states.fail_at(STATE_A.key, reason));
+        }
+        let motion = VelocityLoop::from_matrices(&rows.concat(), &b, &c);
+        let mut simulated = RobotLoop {
+            a: SMatrix::zeros(),
+            b: SVector::zeros(),
+            c: SVector::zeros(),
+        };
+        for (row, values) in rows.iter().enumerate() {
+            (simulated.b[row], simulated.c[row]) = (b[row], c[row]);
+            for (column, value) in values.iter().enumerate() {
+                simulated.a[(row, column)] = *value;
+            }
+        }
+        Ok(Self {
+            analysed: motion.map_err(|error| states.fail_at(STATE_A.key, error))?,
+            simulated,
+            dead_time_s: states.required(&DEAD_TIME)?,
+        })
+    }
+}
+
 impl RobotInHands {
     /// The robot of these keys and its hands, at this sample time, s: without bandwidth and dead time there is no verdict on it.
     ///
     /// # Errors
     /// A missing key, one without effect, or a number outside its range.
     pub fn of(table: &Table<'_>, t: f64) -> Result<Self, Failure> {
-        let [frequency, dead_time] =
-            [&ROBOT_BANDWIDTH, &ROBOT_DEAD_TIME].map(|key| measured(table, key));
-        let (frequency, ratio) = (frequency?, table.number(&ROBOT_DAMPING)?);
-        let motion = VelocityLoop::second_order(frequency, ratio).map_err(analysed)?;
+        Self::with_loop(table, OwnLoop::second_order(table)?, t)
+    }
+
+    fn with_loop(table: &Table<'_>, own: OwnLoop, t: f64) -> Result<Self, Failure> {
         let filter = match table.number_if(&FORCE_CUTOFF)? {
             Some(cutoff_hz) => ForceFilter {
                 cutoff_hz,
@@ -310,15 +387,14 @@ impl RobotInHands {
             }
             None => ForceFilter::NONE,
         };
-        let dead_time = dead_time?;
         let tool = table.number(&TOOL_MASS)?;
-        let robot = Robot::new(motion, dead_time, filter, tool, t).map_err(analysed)?;
-        let turns = RobotLoop::second_order(Hertz(frequency), ratio).map_err(parameter)?;
+        let robot = Robot::new(own.analysed, own.dead_time_s, filter, tool, t);
+        let robot = robot.map_err(analysed)?;
         let simulated = SimulatedRobotConfig {
-            dead_time: Seconds(dead_time),
+            dead_time: Seconds(own.dead_time_s),
             sensor_lags: filter.lags,
             sensor_bandwidth: Hertz(filter.cutoff_hz),
-            ..SimulatedRobotConfig::of(Seconds(t), turns, RobotHand::relaxed())
+            ..SimulatedRobotConfig::of(Seconds(t), own.simulated, RobotHand::relaxed())
         };
         let [mass, damping, stiffness] =
             [&HANDS_MASS, &HANDS_DAMPING, &HANDS_STIFFNESS].map(|key| ends(table, key));
@@ -454,6 +530,11 @@ impl RobotModel {
     /// # Errors
     /// A missing or wrong key, with its place.
     pub fn of(table: &Table<'_>, t: f64) -> Result<Self, FileError> {
+        Self::by(table, None, t)
+    }
+
+    /// The robot of a table, with its loop by states where there is one.
+    fn by(table: &Table<'_>, states: Option<&Table<'_>>, t: f64) -> Result<Self, FileError> {
         let refused = |failure: Failure| {
             if let Failure::Input(Cause::Document(error)) = failure {
                 *error
@@ -461,7 +542,11 @@ impl RobotModel {
                 table.fail(failure)
             }
         };
-        let mut place = RobotInHands::of(table, t).map_err(refused)?;
+        let own = match states {
+            Some(states) => OwnLoop::of_states(table, states)?,
+            None => OwnLoop::second_order(table).map_err(refused)?,
+        };
+        let mut place = RobotInHands::with_loop(table, own, t).map_err(refused)?;
         let body = BodyValues::of(table, t).map_err(refused)?;
         let limits = limits(table, t)?;
         place.simulated.sensor_range = limits.sensor_range;
@@ -478,7 +563,7 @@ impl RobotModel {
     /// # Errors
     /// A file that is wrong, or describes something else, with its place.
     pub fn parse(path: &Path, text: &str, t: f64) -> Result<Self, FileError> {
-        in_file(path, text, |table| Self::of(table, t))
+        in_file(path, text, |table, states| Self::by(table, states, t))
     }
 }
 
@@ -488,16 +573,16 @@ impl OwnRobot {
     /// # Errors
     /// A file that is wrong, or describes something else, with its place; one of bandwidth and dead time without the other.
     pub fn parse(path: &Path, text: &str, t: f64) -> Result<Self, FileError> {
-        in_file(path, text, |table| {
+        in_file(path, text, |table, states| {
             let is_known = [&ROBOT_BANDWIDTH, &ROBOT_DEAD_TIME].map(|key| table.has(key));
-            if is_known == [false; 2] {
+            if states.is_none() && is_known == [false; 2] {
                 let limits = limits(table, t)?;
                 return Ok(Self {
                     limits,
                     model: None,
                 });
             }
-            let model = RobotModel::of(table, t)?;
+            let model = RobotModel::by(table, states, t)?;
             Ok(Self {
                 limits: model.limits,
                 model: Some(model),
@@ -567,11 +652,11 @@ fn limits(table: &Table<'_>, t: f64) -> Result<MotionLimits<1>, FileError> {
 fn in_file<T>(
     path: &Path,
     text: &str,
-    read: impl FnOnce(&Table<'_>) -> Result<T, FileError>,
+    read: impl FnOnce(&Table<'_>, Option<&Table<'_>>) -> Result<T, FileError>,
 ) -> Result<T, FileError> {
     let document = Parsed::of(path, text)?;
     let choice = "the device file of a robot has [admittance]";
-    let beside = ["source", INTERVALS];
+    let beside = ["source", INTERVALS, STATES];
     let (_, table, mut tables) = document.one_of(&[ADMITTANCE], &beside, "device", choice)?;
     if let Some(source) = tables.remove("source") {
         source_of(source)?;
@@ -579,7 +664,11 @@ fn in_file<T>(
     if let Some(intervals) = tables.remove(INTERVALS) {
         intervals.with_keys(&[(INTERVALS, ROBOT)])?;
     }
-    read(&table.with_keys(&[(ADMITTANCE, ADMITTANCE_TABLE)])?)
+    let states = tables.remove(STATES);
+    let states = states.map(|states| states.with_keys(&[(STATES, STATE_PLANT)]));
+    let states = states.transpose()?;
+    let table = table.with_keys(&[(ADMITTANCE, ADMITTANCE_TABLE)])?;
+    read(&table, states.as_ref())
 }
 
 #[cfg(test)]
@@ -607,6 +696,48 @@ mod tests {
         }
         let ends = read(&format!("{ROBOT}motion_low_m = 0.4\n")).expect_err("ends");
         assert!(ends.to_string().contains("motion_low_m = 0.4"), "{ends}");
+    }
+
+    #[test]
+    fn a_loop_by_its_states_is_the_robot_of_its_bandwidth_and_what_is_none_is_refused() {
+        let omega = core::f64::consts::TAU * 10.0;
+        let body = "[admittance]\nbody_inertance_n_s_mu_per_m = 8\nbody_damping_n_s_per_m = 20\n";
+        let good = format!(
+            "{body}[state_space]\na = [[0, {omega:?}], [-{omega:?}, {:?}]]\nb = [0, {omega:?}]\nc = [1, 0]\ndelay_s = 0.004\n",
+            -1.6 * omega
+        );
+        let [states, known] = [good.as_str(), ROBOT].map(|text| read(text).expect("a robot").place);
+        assert_eq!(states.simulated, known.simulated);
+        for hz in [0.3, 4.0, 60.0] {
+            let [a, b] = [&states, &known].map(|place| place.robot.way(hz));
+            assert_eq!(a, b);
+        }
+        let bad = |from: &str, to: &str| {
+            let refused = read(&good.replacen(from, to, 1)).expect_err(to);
+            refused.to_string()
+        };
+        for (from, to, words) in [
+            ("delay_s = 0.004", "", "delay_s"),
+            (
+                "[state",
+                "damping_ratio = 1\n[state",
+                "damping_ratio has no effect",
+            ),
+            (
+                "delay_s",
+                "c_hand = [1, 0]\ndelay_s",
+                "c_hand has no effect",
+            ),
+            ("c = [1, 0]", "c = [1]", "2 numbers of b and 1 of c"),
+            ("c = [1, 0]", "c = [3, 0]", "gain at rest"),
+            (", -", ", ", "below 0"),
+        ] {
+            let refused = bad(from, to);
+            assert!(
+                refused.contains(words) && !refused.contains('\n'),
+                "{refused}"
+            );
+        }
     }
 
     #[test]

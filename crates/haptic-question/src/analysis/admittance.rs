@@ -11,6 +11,7 @@ mod tests;
 mod trial;
 
 pub(crate) use moving::MovingDevice;
+pub(crate) use trial::{RUN_S, RobotTap};
 
 use crate::analysis::admittance::best::{Best, Front, bodies, stable_inertances};
 use crate::analysis::admittance::moving::{Around, COUNT, NOISE};

@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// Bisections after the coarse search: 2e-4 of the value found, or better.
 const BISECTIONS: u32 = 12;
 /// Share by which the wall of a trial may be off from the boundary of the analysis, up or down.
-const AGREES_WITHIN: f64 = 0.05;
+pub(super) const AGREES_WITHIN: f64 = 0.05;
 /// Fine steps down from the coarse ones: to 1e-4 of the most. The newest sample of a lag or an integral weighs little in its force, so that
 /// the most of a controller may be far above what is stable: to 2e-9.
 const FINE: i32 = 24;
@@ -43,7 +43,7 @@ const POINTS: usize = 400;
 /// Pieces of an edge of an outline.
 const PIECES: u32 = 16;
 /// Memory for which an operator is judged, samples: longer than any run.
-const HORIZON: f64 = 20e6;
+pub(super) const HORIZON: f64 = 20e6;
 
 impl ZWidth {
     /// Runs the search, on a device at a port or on the simulated one; `progress` hears of each cell that is done, `stop` ends it with those.
@@ -57,6 +57,9 @@ impl ZWidth {
         progress: &(dyn Fn(u64) + Sync),
         stop: &AtomicBool,
     ) -> Result<ZWidthReport, Failure> {
+        if let Some(robot) = &self.robot {
+            return self.searched_in_hands(robot, progress, stop);
+        }
         let searches = (0..self.orders.len()).map(|index| Search::new(self, index, rig, stop));
         let mut searches = searches.collect::<Result<Vec<_>, _>>()?;
         // A search that is refused makes no file.
@@ -100,6 +103,7 @@ impl ZWidth {
                 .map_or_else(|| "sim".to_owned(), |at_port| at_port.name.clone()),
             calibration: (self.at_port.as_ref()).map(|at_port| at_port.calibration.clone()),
             asked: AskedDevice::of(config),
+            hands: None,
             delta,
             criterion: plan.criterion,
             impact_m_per_s: plan.impact_m_per_s,
@@ -172,7 +176,7 @@ impl ZWidth {
 }
 
 /// N/m at 0, N·s/m at 1, kg at 2, and what lies between.
-fn dissipation_unit(order: Order) -> &'static str {
+pub(super) fn dissipation_unit(order: Order) -> &'static str {
     let mu = order.get();
     match order.split() {
         (0, _) if mu.abs() < f64::EPSILON => "N/m",
@@ -370,6 +374,7 @@ impl<'a> Search<'a> {
                 .and_then(|theory| theory.has_edge_within(alpha, beta, AGREES_WITHIN)),
             held_by_friction_up_to_n_per_m: cell.held.map(stiffness_at),
             simulated_without_friction_n_per_m: cell.without_friction.map(stiffness_at),
+            in_hands: None,
             scales: self.growing.map(|_| Scales {
                 largest_scale: cell.stable,
                 analysis_scale: analysed,
@@ -756,6 +761,7 @@ mod tests {
     fn an_interrupted_search_keeps_the_points_that_were_done() {
         let experiment = ZWidth {
             device: dissertation(Seconds(2e-3)),
+            robot: None,
             analysed: None,
             sensors: Sensors::NONE,
             contact: WallContact::Linear,

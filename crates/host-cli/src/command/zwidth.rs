@@ -91,18 +91,29 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
             (p.beta, p.alpha)
         }
     };
+    // The other panel has those without a place on a logarithmic axis.
+    let shown = |point: &&BoundaryPoint| !with_units || point.dissipation > 0.0;
+    // A wall of this K, N/m, with the B of a point.
+    let at = |p: &BoundaryPoint, k: f64| {
+        let (across, up) = point(p);
+        (across, k * up / p.stiffness_max)
+    };
     for (colour, order) in report.orders.iter().enumerate() {
         let (stiffness, dissipation) = if with_units { order.units } else { (1.0, 1.0) };
         let outline = order.outline.iter();
         // A gap for the edge along K = 0: it is the axis.
         let gap = |alpha| if alpha == 0.0 { f64::NAN } else { alpha };
         let outline = outline.map(|&(beta, alpha)| (beta * dissipation, gap(alpha) * stiffness));
+        // Each interval of a robot is a line that stands.
+        let standing = (order.boundary.iter().filter(shown)).flat_map(|p| {
+            let walls = p.in_hands.iter();
+            let all = walls.flat_map(|walls| &walls.analysis_stable_n_per_m);
+            all.flat_map(move |[from, to]| [*from, *to, f64::NAN].map(|k| at(p, k)))
+        });
         let name = format!("analysis, μ = {}", order.order);
-        panel = panel.with(name, Look::Line, colour, outline);
+        panel = panel.with(name, Look::Line, colour, outline.chain(standing));
     }
     // Crosses in black look out from behind the points.
-    // The other panel has those without a place on a logarithmic axis.
-    let shown = |point: &&BoundaryPoint| !with_units || point.dissipation > 0.0;
     let points = report.orders.iter().flat_map(|order| &order.boundary);
     let marked = points.filter(|point| point.analysis_agrees == Some(false));
     let marked = marked.filter(shown);
@@ -110,7 +121,13 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
     panel = panel.with(name, Look::Crosses, 5, marked.map(point));
     for (colour, order) in report.orders.iter().enumerate() {
         let name = format!("{tried}, μ = {}", order.order);
-        let tried = order.boundary.iter().filter(shown).map(point);
+        let tried = (order.boundary.iter().filter(shown)).flat_map(|p| match &p.in_hands {
+            None => vec![point(p)],
+            Some(walls) => {
+                let ends = walls.stable_n_per_m.iter().flatten();
+                ends.map(|k| at(p, *k)).collect()
+            }
+        });
         panel = panel.with(name, Look::Markers, colour, tried);
     }
     panel
