@@ -161,14 +161,25 @@ impl History {
     /// W of the stress at a time.
     fn row(&self, time_s: f64, knots: &[(f64, f64)]) -> Vec<f64> {
         let mut row = vec![0.0; self.nodes];
+        let (per_unit, per_node) = (1.0 / self.unit_s, 1.0 / SPACING);
+        // Neighbouring knots mostly lie between the same two nodes, where moments of their places spare the cubic of each.
+        let (mut here, mut moments) = (1, [0.0; 4]);
         for &(knot_s, change) in knots.iter().take_while(|knot| knot.0 < time_s) {
-            let in_nodes = (libm::log((time_s - knot_s) / self.unit_s) - self.first_node) / SPACING;
+            let ln_since = libm::log((time_s - knot_s) * per_unit);
+            let in_nodes = (ln_since - self.first_node) * per_node;
             let node = (in_nodes as usize).clamp(1, self.nodes - 3);
+            if node != here {
+                add_cubics(&mut row[here - 1..here + 3], moments);
+                (here, moments) = (node, [0.0; 4]);
+            }
             let x = in_nodes - node as f64;
-            for (weight, part) in row[node - 1..].iter_mut().zip(cubic(x)) {
-                *weight += change * part;
+            let mut part = change;
+            for moment in &mut moments {
+                *moment += part;
+                part *= x;
             }
         }
+        add_cubics(&mut row[here - 1..here + 3], moments);
         row
     }
 
@@ -276,6 +287,19 @@ impl History {
             sum.by.iter_mut().for_each(|by| *by *= scale);
             each(n, sum);
         }
+    }
+}
+
+/// Adds the sum of [`cubic`]s at several x, by the sums of their sizes times 1, x, x² and x³.
+fn add_cubics(weights: &mut [f64], [all, x, square, cube]: [f64; 4]) {
+    let parts = [
+        (3.0 * square - cube - 2.0 * x) / 6.0,
+        all + 0.5 * (cube - x) - square,
+        x + 0.5 * (square - cube),
+        (cube - x) / 6.0,
+    ];
+    for (weight, part) in weights.iter_mut().zip(parts) {
+        *weight += part;
     }
 }
 
