@@ -3,7 +3,7 @@
 import uPlot from "uplot";
 import type { Points } from "./columns";
 import { onSize, style } from "./dom";
-import { niceStep, number, tickTexts } from "./format";
+import { niceStep, plain, tickTexts } from "./format";
 
 export interface Line {
   label: string;
@@ -158,7 +158,9 @@ export class Chart {
             for (let n = Math.ceil(min / step - 1e-6); n * step <= max + 1e-6 * step; n += 1) splits.push(n * step);
             return splits;
           },
-          values: (_plot, splits) => (options.logY ? splits.map((split) => number(split)) : tickTexts(splits)),
+          // A logarithmic axis would leave some without a text.
+          filter: (_plot, splits) => splits,
+          values: (_plot, splits) => (options.logY ? splits.map(plain) : tickTexts(splits)),
         },
       ],
       series: [

@@ -42,7 +42,7 @@ export class Compare {
     this.rate = button("Rate", () => void app.tell("compare.rate", { rating: this.rating.input.valueAsNumber }));
     this.other.addEventListener("change", () => (this.stiffer.label.hidden = this.other.value !== ""));
     this.during = el("div", { class: "buttons" }, this.rating.label, this.rate, this.next, ...this.answers, asks("End the comparison", "end"));
-    this.root = el("details", { class: "device-numbers compare" }, el("summary", {}, "Compare two walls, blind"), this.before, this.said, this.during);
+    this.root = el("details", { class: "device-numbers compare", "data-fold": "compare" }, el("summary", {}, "Compare two walls, blind"), this.before, this.said, this.during);
     this.show(null);
   }
 

@@ -150,7 +150,7 @@ export class RunsView implements ViewPart {
       box.addEventListener("change", () => this.toggle(entry.name, box.checked));
       return el("li", {}, el("label", {}, box, text));
     });
-    if (rows.length === 0) rows.push(el("li", { class: "hint" }, document.documentElement.dataset.worker === undefined ? "No runs yet. Start one, or record in Feel." : "No runs yet. A wall is run here, in virtual time, and a record identified; other runs and logs need host-cli serve."));
+    if (rows.length === 0) rows.push(el("li", { class: "hint" }, document.documentElement.dataset.worker === undefined ? "No runs yet. Start one, or record in Feel." : "No runs yet. relax, creep and wall run here, in virtual time, and a record is identified; other runs and logs need host-cli serve."));
     // The focus stays on its run.
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["run"] : undefined;
     this.list.replaceChildren(...rows);

@@ -5,7 +5,7 @@
 //! clock, ms ─────────────▶ advance ─▶ loop in virtual time ───┤
 //!                          work ────▶ one question of a panel ┘
 //! ```
-//! It has no device and no disk, and runs walls in virtual time alone: it refuses the rest with the command that has it.
+//! It has no device and no disk, and runs tissues and walls in virtual time alone: it refuses the rest with the command that has it.
 
 mod held;
 mod ran;
@@ -26,7 +26,7 @@ use haptic_document::{Failure, FileError};
 use haptic_quantity::parse_for_key;
 use haptic_tissue::{Library, Material, MaterialError};
 use held::HeldLoop;
-use ran::{KIND, VirtualRun, run_forms};
+use ran::{VirtualRun, kind, run_forms};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::path::Path;
@@ -307,7 +307,7 @@ impl Alone {
                 Some(known) => known,
                 None => {
                     let experiment = of_file(&file.text);
-                    if experiment["kind"] != KIND {
+                    if experiment["kind"].as_str().and_then(kind).is_none() {
                         let name = &file.name;
                         return Err(needs(&format!(
                             "this is none of its runs: use `host-cli run {name}`"

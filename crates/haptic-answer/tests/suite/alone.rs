@@ -114,7 +114,7 @@ fn what_needs_a_machine_is_refused_with_the_command_that_has_one() {
         ("compare.end", json!({}), "`host-cli serve`"),
         (
             "file",
-            json!({"name": "x.toml", "text": "[relax]"}),
+            json!({"name": "x.toml", "text": "[press]"}),
             "`host-cli run x.toml`",
         ),
     ] {
@@ -163,8 +163,8 @@ fn a_wall_that_is_run_is_seen_listed_and_kept_as_a_table() {
         long.contains("more than its 1000000") && long.contains("host-cli run"),
         "{long}"
     );
-    let pipe = page.refused("runs.start", run(json!({"device_model": "/a.toml"})));
-    assert!(pipe.contains("opens no file"), "{pipe}");
+    let file = page.refused("runs.start", run(json!({"device_model": "/a.toml"})));
+    assert!(file.contains("opens no file"), "{file}");
     let started = page.ask("runs.start", run(json!({})));
     assert_eq!(started["samples"], 2001);
     page.1 += 8.0;
