@@ -21,7 +21,7 @@ export class AnswerPanel {
   private readonly bar = el("progress", { max: 100, hidden: true, "aria-label": "How far it is" });
   private readonly holder = el("div", { class: "chart-holder", hidden: true });
   private readonly body = el("div", { class: "answer-body" });
-  private chart: Chart | null = null;
+  private charts: Chart[] = [];
   private front: FrontMap | null = null;
 
   constructor(
@@ -62,6 +62,7 @@ export class AnswerPanel {
     say(this.verdict, spoken([answer.verdict ?? "", typeof ended === "string" ? `${ended}: what was found until then` : ""].filter((text) => text !== "").join(" · ")));
     this.close();
     if (answer.kind === "zwidth") this.map(rows(answer.report["orders"]));
+    if (answer.kind === "design") this.orders(answer.report);
     if (rows(answer.report["walls"]).length > 0) {
       this.front = new FrontMap(answer.report, COLOURS, this.useIt);
       this.holder.replaceChildren(this.front.root);
@@ -71,15 +72,15 @@ export class AnswerPanel {
   }
 
   private close(): void {
-    this.chart?.destroy();
-    this.chart = null;
+    for (const chart of this.charts) chart.destroy();
+    this.charts = [];
     this.front?.destroy();
     this.front = null;
     this.holder.hidden = true;
   }
 
   themed(): void {
-    this.chart?.redraw();
+    for (const chart of this.charts) chart.redraw();
   }
 
   /** Largest stiffness over dissipation, both without units, so that all orders go into one picture. */
@@ -102,12 +103,43 @@ export class AnswerPanel {
     // One dissipation, as of a specimen, is no curve.
     if (x.length < 2) return;
     const lines = drawn.map(({ line }) => line);
-    this.chart = new Chart({ name: "Largest stiffness over dissipation", lines, yLeast: 0 });
+    const chart = new Chart({ name: "Largest stiffness over dissipation", lines, yLeast: 0 });
+    this.charts = [chart];
     const caption = el("p", { class: "hint" }, "Largest stiffness α = K·T²/m over dissipation β = B·T^(2−μ)/m: dots were tried, lines are of the analysis.");
-    this.holder.replaceChildren(legend(lines).root, this.chart.root, caption);
+    this.holder.replaceChildren(legend(lines).root, chart.root, caption);
     this.holder.hidden = false;
     const width = (x.at(-1) ?? 1) - (x[0] ?? 0);
-    this.chart.draw(x, points, [(x[0] ?? 0) - 0.02 * width, (x.at(-1) ?? 1) + 0.02 * width]);
+    chart.draw(x, points, [(x[0] ?? 0) - 0.02 * width, (x.at(-1) ?? 1) + 0.02 * width]);
+  }
+
+  /** What was wished over the order, and the dissipation that allows it, as the command draws them. */
+  private orders(report: Values): void {
+    const candidates = rows(report["candidates"]).sort((one, other) => Number(one["order"]) - Number(other["order"]));
+    const best = report["best"] as Values | null | undefined;
+    // A controller is a single point.
+    const orders = candidates.map((candidate) => Number(candidate["order"]));
+    if (!best || orders.length < 2 || report["wish"] === "controller") return;
+    const lines: Curve[] = [{ label: "each order", colour: "--blue" }, { label: "best, six pushes passed", colour: "--verm", marked: true }];
+    const panel = (heading: string, key: string): Node[] => {
+      const values = candidates.map((candidate) => numeric(candidate[key]));
+      const known = values.filter((value) => value !== null);
+      if (known.length < 2) return [];
+      // B falls by decades with the order, as its unit does not stay.
+      const logY = key === "dissipation_n_s_mu_per_m" && known.some((value) => value > 0);
+      const seen = (value: number | null): number | null => (logY && value !== null && value <= 0 ? null : value);
+      const chosen = { time: [Number(best["order"])], value: [seen(numeric(best[key]))] };
+      const { x, points } = joined([{ time: orders, value: values.map(seen) }, chosen]);
+      const chart = new Chart({ name: `${heading} over order`, lines, logY });
+      this.charts.push(chart);
+      const [low, high] = [x[0] ?? 0, x.at(-1) ?? 1];
+      const edge = 0.02 * (high - low || 1);
+      chart.draw(x, points, [low - edge, high + edge]);
+      return [el("div", { class: "chart-holder" }, el("h3", {}, heading), chart.root)];
+    };
+    const [heading, key] = WISHES[String(report["wish"])] ?? ["largest stiffness K, N/m", "stiffness_n_per_m"];
+    const panels = [...panel(heading, key), ...panel("dissipation B that allows it, N·s^μ/m", "dissipation_n_s_mu_per_m")];
+    this.holder.replaceChildren(legend(lines).root, el("div", { class: "beside" }, ...panels), el("p", { class: "hint" }, "Over the order μ."));
+    this.holder.hidden = panels.length === 0;
   }
 
   // The best wall or coupler.
@@ -129,6 +161,16 @@ export class AnswerPanel {
     keep.addEventListener("click", () => save(new Blob([JSON.stringify(answer.report, null, 2)], { type: "application/json" }), `${answer.kind}.json`));
     return el("div", { class: "buttons" }, keep);
   }
+}
+
+/** What is drawn of each wish but the largest stiffness, and the key of a candidate that has it. */
+const WISHES: Record<string, [string, string]> = {
+  "most-damping": ["effective damping, N·s/m", "effective_damping_n_s_per_m"],
+  tissue: ["largest scale of the specimen", "largest_scale"],
+};
+
+function numeric(value: unknown): number | null {
+  return typeof value === "number" ? value : null;
 }
 
 function shown(value: unknown): string {

@@ -3,7 +3,7 @@
 import uPlot from "uplot";
 import type { Points } from "./columns";
 import { onSize, style } from "./dom";
-import { niceStep, tickTexts } from "./format";
+import { niceStep, plain, tickTexts } from "./format";
 
 export interface Line {
   label: string;
@@ -21,6 +21,8 @@ export interface ChartOptions {
   /** Texts of the ticks across. */
   xTexts?: (ticks: number[]) => string[];
   logX?: boolean;
+  /** The value axis is logarithmic: all values are above 0. */
+  logY?: boolean;
   /** The value axis includes these. */
   yLeast?: number;
   /** Least span of the value axis. */
@@ -82,7 +84,7 @@ export class Chart {
   }
 
   private span(lines: Points[]): [number, number] {
-    const { yLeast, ySpan = 0 } = this.options;
+    const { yLeast, ySpan = 0, logY } = this.options;
     let low = yLeast ?? Infinity;
     let high = yLeast === undefined ? -Infinity : yLeast + ySpan;
     for (const points of lines) {
@@ -92,6 +94,8 @@ export class Chart {
         if (value > high) high = value;
       }
     }
+    // A decade at least, of which the axis has texts.
+    if (logY) return [10 ** Math.floor(Math.log10(low)), 10 ** Math.ceil(Math.log10(high * (1 + 1e-9)))];
     if (!(high > low)) [low, high] = Number.isFinite(low) ? [low - 0.5 * (ySpan || 1), low + 0.5 * (ySpan || 1)] : [0, ySpan || 1];
     const step = niceStep((high - low) * 1.04, 4);
     const nice: [number, number] = [Math.floor(low / step + 1e-9) * step, Math.ceil((high * 1.0001) / step - 1e-9) * step];
@@ -119,7 +123,7 @@ export class Chart {
         ...(options.group === undefined ? {} : { sync: { key: options.group, setSeries: false } }),
       },
       select: { show: options.zoomed !== undefined, left: 0, top: 0, width: 0, height: 0 },
-      scales: { x: { time: false, auto: false, ...(options.logX ? { distr: 3 } : {}) }, y: { auto: false } },
+      scales: { x: { time: false, auto: false, ...(options.logX ? { distr: 3 } : {}) }, y: { auto: false, ...(options.logY ? { distr: 3 as const } : {}) } },
       axes: [
         {
           stroke: axis("--mute"),
@@ -144,12 +148,19 @@ export class Chart {
           grid: { stroke: axis("--grid"), width: 1 },
           ticks: { show: false },
           splits: (_plot, _axis, min, max) => {
-            const step = niceStep(max - min, 4);
             const splits: number[] = [];
+            if (options.logY) {
+              const decades = Math.max(1, Math.round(Math.log10(max / min) / 4));
+              for (let n = Math.round(Math.log10(min)); 10 ** n <= max * (1 + 1e-6); n += decades) splits.push(10 ** n);
+              return splits;
+            }
+            const step = niceStep(max - min, 4);
             for (let n = Math.ceil(min / step - 1e-6); n * step <= max + 1e-6 * step; n += 1) splits.push(n * step);
             return splits;
           },
-          values: (_plot, splits) => tickTexts(splits),
+          // A logarithmic axis would leave some without a text.
+          filter: (_plot, splits) => splits,
+          values: (_plot, splits) => (options.logY ? splits.map(plain) : tickTexts(splits)),
         },
       ],
       series: [

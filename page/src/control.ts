@@ -104,7 +104,7 @@ export class ControlView implements ViewPart {
   private readonly loop: OwnLoop;
   private readonly fields: Fields;
   private readonly rows = el("div", { class: "fields" });
-  private readonly more = el("details", { class: "more" }, el("summary", {}, "More: a device as the plant, noise, peaks, limits, sample time"), this.rows);
+  private readonly more = el("details", { class: "more", "data-fold": "more" }, el("summary", {}, "More: a device as the plant, noise, peaks, limits, sample time"), this.rows);
   private readonly ask: (control: Control) => void;
   private designed: Designed | null = null;
   /** Files that were dropped or chosen: they are not in the address. */

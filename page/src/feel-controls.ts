@@ -75,7 +75,7 @@ export class FeelControls {
         this.operators,
       ),
       this.note,
-      el("details", { class: "device-numbers" }, el("summary", {}, "Device ", this.said), el("div", { class: "knobs" }, ...knobs)),
+      el("details", { class: "device-numbers", "data-fold": "device" }, el("summary", {}, "Device ", this.said), el("div", { class: "knobs" }, ...knobs)),
     );
     this.tissue.addEventListener("change", () => {
       if (this.tissue.value !== "") this.change({ environment: { tissue: this.tissue.value } });

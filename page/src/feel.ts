@@ -70,6 +70,7 @@ export class FeelView implements ViewPart {
 
   private connected(hello: Hello): void {
     this.controls.connected(hello);
+    this.compare.connected(hello);
     const { hand_m } = hello.ranges;
     if (hand_m) this.scene.reach = [hand_m.least, hand_m.most];
     this.charts.reset();

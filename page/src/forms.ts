@@ -178,7 +178,8 @@ export class FormPanel {
       return el("details", { open: index === 0 }, el("summary", {}, table.title), el("div", { class: "fields" }, ...rows));
     });
     this.tables.replaceChildren(...tables);
-    this.pace.hidden = isQuestion(this.kind.value);
+    // A worker has no clock.
+    this.pace.hidden = isQuestion(this.kind.value) || document.documentElement.dataset.worker !== undefined;
     say(this.trouble, "");
   }
 

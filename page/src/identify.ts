@@ -114,7 +114,7 @@ export class IdentifyPanel {
   take(record: RecordParameter[]): void {
     this.loadings = new Map(record.map(({ key, loadings }) => [key, loadings]));
     const rows = (options: boolean) => record.filter(({ option }) => option === options).map((parameter) => this.fields.add(parameter));
-    const options = el("details", {}, el("summary", {}, "Options"), el("div", { class: "fields" }, ...rows(true)));
+    const options = el("details", { "data-fold": "options" }, el("summary", {}, "Options"), el("div", { class: "fields" }, ...rows(true)));
     this.rows.replaceChildren(...rows(false), options);
   }
 

@@ -48,7 +48,7 @@ export class OwnLoop {
     };
     this.root = el(
       "details",
-      { class: "own-loop" },
+      { class: "own-loop", "data-fold": "loop" },
       el("summary", {}, "Judge or run a controller as it is"),
       this.rows,
       el("label", { class: "choice" }, "Reference over time, in place of a step", this.reference),

@@ -276,8 +276,8 @@ export class Overlay {
       const channels = [...new Set(curves.filter((curve) => curve.run === run && !curve.judged).map(({ channel }) => channel))];
       const name = run.name.replace(/\W+/g, "-");
       if (channels.length > 0) {
-        this.app.connection.ask<{ address: string }>("runs.table", { name: run.name, channels, ...this.span(run) }).then(
-          ({ address }) => download(address, `${name}.csv`),
+        this.app.connection.ask<{ address?: string; text?: string }>("runs.table", { name: run.name, channels, ...this.span(run) }).then(
+          ({ address, text = "" }) => (address === undefined ? save(new Blob([text], { type: "text/csv" }), `${name}.csv`) : download(address, `${name}.csv`)),
           (error: Error) => this.app.notify(error.message),
         );
       }

@@ -89,7 +89,7 @@ export class PlantRecord {
     });
     this.root = el(
       "details",
-      { class: "plant-record" },
+      { class: "plant-record", "data-fold": "record" },
       el("summary", {}, "or a record of its input and output"),
       el("label", { class: "choice" }, "Record", this.record),
       el("label", { class: "choice" }, "Second record, to try the function on", this.other),

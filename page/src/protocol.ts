@@ -140,7 +140,10 @@ export interface Compared {
   /** The wall of this trial that was asked for: 0, 1 or 2. */
   wall: number;
   touched: boolean;
-  /** Right answers; null before the end. */
+  /** Ends of the scale, if ratings are asked for, and how many this trial has. */
+  rating_scale: [number, number] | null;
+  rated: number;
+  /** Right answers; null before the end, and where neither is the stiffer one. */
   right: number | null;
   table: string;
 }

@@ -33,8 +33,6 @@ export class RunsView implements ViewPart {
   private readonly form: FormPanel;
   private readonly identify: IdentifyPanel;
   private hasForms = false;
-  /** Hidden where nothing can be run. */
-  private readonly newRun: HTMLButtonElement;
   private readonly panels: Record<Panel, HTMLElement>;
   private entries: RunEntry[] = [];
   /** What the server said of the runs that are open, and those that it is asked for. */
@@ -63,8 +61,7 @@ export class RunsView implements ViewPart {
       made.addEventListener("click", () => this.show(panel));
       return made;
     };
-    this.newRun = button("New run", "form");
-    const buttons = el("div", { class: "buttons" }, this.newRun, button("Identify a record", "identify"));
+    const buttons = el("div", { class: "buttons" }, button("New run", "form"), button("Identify a record", "identify"));
     const list = el("section", { class: "card runs-list" }, el("h2", {}, "Runs", this.folder), this.list, this.progress, this.stop, buttons);
     this.root = el("div", { class: "view runs" }, list, ...Object.values(this.panels));
     this.stop.addEventListener("click", () => void app.tell("runs.stop"));
@@ -112,8 +109,7 @@ export class RunsView implements ViewPart {
       const { forms, record } = await this.app.connection.ask<{ forms: Form[]; record: RecordParameter[] }>("runs.forms");
       if (this.hasForms) return;
       this.hasForms = true;
-      this.newRun.hidden = forms.length === 0;
-      if (forms.length > 0) this.form.take(forms);
+      this.form.take(forms);
       this.identify.take(record);
     } catch (error) {
       this.app.notify(error instanceof Error ? error.message : String(error));
@@ -142,7 +138,7 @@ export class RunsView implements ViewPart {
 
   private drawList(): void {
     const rows = this.entries.map((entry) => {
-      const facts = [entry.kind, entry.running ? "running" : entry.duration_s === null ? "" : duration(entry.duration_s), bytes(entry.size_bytes), entry.verdict ?? ""];
+      const facts = [entry.kind, entry.running ? "running" : entry.duration_s === null ? "" : duration(entry.duration_s), entry.size_bytes > 0 ? bytes(entry.size_bytes) : "", entry.verdict ?? ""];
       const text = el("span", { class: "run" }, el("b", {}, entry.name), el("small", {}, facts.filter((fact) => fact).join(" · ")));
       if (isQuestion(entry.kind)) {
         const button = el("button", { type: "button", class: "row", "data-run": entry.name, "aria-current": this.app.state.runs.answer === entry.name }, text);
@@ -154,7 +150,7 @@ export class RunsView implements ViewPart {
       box.addEventListener("change", () => this.toggle(entry.name, box.checked));
       return el("li", {}, el("label", {}, box, text));
     });
-    if (rows.length === 0) rows.push(el("li", { class: "hint" }, this.newRun.hidden ? "A record can be identified here; runs and logs need host-cli serve." : "No runs yet. Start one, or record in Feel."));
+    if (rows.length === 0) rows.push(el("li", { class: "hint" }, document.documentElement.dataset.worker === undefined ? "No runs yet. Start one, or record in Feel." : "No runs yet. relax, creep and wall run here, in virtual time, and a record is identified; other runs and logs need host-cli serve."));
     // The focus stays on its run.
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["run"] : undefined;
     this.list.replaceChildren(...rows);

@@ -18,6 +18,9 @@ const ARM_ATTEMPTS = 4;
 /** Time between two looks at what is awaited, ms. */
 const LOOK_MS = 200;
 
+/** The folds of the views that were shown. */
+const folds = (): HTMLDetailsElement[] => [...document.querySelectorAll<HTMLDetailsElement>("details[data-fold]")];
+
 export class Screen {
   private readonly shell: Shell;
   /** Those that were shown: no other holds up the first. */
@@ -48,6 +51,7 @@ export class Screen {
     const made = this.views.has(view) ? undefined : this.make(view);
     for (const [name, { root }] of this.views) root.hidden = name !== view;
     this.shell.show(view);
+    if (made !== undefined || state.folds !== before.folds) for (const fold of folds()) fold.open = state.folds.includes(fold.dataset["fold"] ?? "");
     if (status !== null && status !== before.status) this.shell.status(status);
     for (const part of this.views.values()) part.render(state, part === made ? START : before);
   }
@@ -129,7 +133,17 @@ export class Screen {
     }
   }
 
+  /** What is folded out is kept in the address. */
+  private toggled(): void {
+    const all = folds();
+    const others = this.app.state.folds.filter((name) => all.every((fold) => fold.dataset["fold"] !== name));
+    const open = [...others, ...all.flatMap((fold) => (fold.open ? (fold.dataset["fold"] ?? []) : []))];
+    if (open.join() !== this.app.state.folds.join()) this.app.dispatch({ do: "folds", open });
+  }
+
   private listen(): void {
+    // A toggle does not bubble.
+    document.addEventListener("toggle", () => this.toggled(), true);
     listenForFiles((file) => void this.take(file));
     addEventListener("keydown", (event) => this.key(event));
     addEventListener("keyup", (event) => {

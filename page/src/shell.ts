@@ -102,8 +102,10 @@ export class Shell {
     say(this.foot.tick, `${number(status.tick_p50_us ?? null)} µs`);
     say(this.foot.late, String(status.late ?? 0));
     say(this.foot.lost, String((status.lost ?? 0) + status.samples_missed));
-    say(this.foot.limiter, this.limiters(status.limiter ?? 0));
-    say(this.foot.energy, steady(typeof status.energy_j === "number" ? 1000 * status.energy_j : null, 2, "mJ"));
+    // Both would tell walls apart that are compared.
+    const blind = status.compare?.running ?? false;
+    say(this.foot.limiter, blind ? "–" : this.limiters(status.limiter ?? 0));
+    say(this.foot.energy, steady(typeof status.energy_j === "number" && !blind ? 1000 * status.energy_j : null, 2, "mJ"));
     say(this.record, status.recording ? `● recording ${status.recording}` : "○ record");
     this.record.classList.toggle("on", Boolean(status.recording));
     this.record.disabled = !status.controls || !status.running;

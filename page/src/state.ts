@@ -59,6 +59,8 @@ export interface Shown {
 
 export interface State {
   readonly view: View;
+  /** Folds that are open, by their names. */
+  readonly folds: readonly string[];
   /** Null without a connection. */
   readonly hello: Hello | null;
   /** Why there is none; null until one is lost. */
@@ -85,6 +87,7 @@ export interface State {
 export type PageEvent =
   | { do: "address"; fragment: string }
   | { do: "go"; view: View }
+  | { do: "folds"; open: readonly string[] }
   | { do: "hello"; hello: Hello }
   | { do: "lost"; reason: string }
   | { do: "status"; status: Status }
@@ -131,6 +134,7 @@ const GHOSTS = "short,a3";
 
 export const START: State = {
   view: "feel",
+  folds: [],
   hello: null,
   lost: null,
   status: null,
@@ -154,6 +158,8 @@ export function reduce(state: State, event: PageEvent): State {
       return addressed(state, event.fragment);
     case "go":
       return { ...state, view: event.view };
+    case "folds":
+      return { ...state, folds: event.open };
     case "hello":
       return greeted(state, event.hello);
     case "lost":
@@ -236,8 +242,9 @@ function greeted(state: State, hello: Hello): State {
 // The address.
 
 function addressed(state: State, fragment: string): State {
-  const { view, values } = readFragment(fragment);
-  const next = { ...state, view };
+  const { view, values: all } = readFragment(fragment);
+  const values = new Map([...all].filter(([key]) => key !== "folds"));
+  const next = { ...state, view, folds: (all.get("folds") ?? "").split(",").filter((name) => name !== "") };
   if (view === "feel") return settled(values) && !same(values, feelAddress(state)) ? { ...next, asked: values, edits: null } : next;
   if (view === "runs") return { ...next, runs: runsOf(values) };
   if (view === "control") return { ...next, control: controlOf(values, state.control) };
@@ -255,12 +262,17 @@ function same(one: ReadonlyMap<string, string>, other: ReadonlyMap<string, strin
 
 /** The address of a state: it opens the same page. */
 export function address(state: State): string {
+  const { view, folds } = state;
+  return writeFragment({ view, values: new Map([...viewValues(state), ["folds", folds.join(",")]]) });
+}
+
+function viewValues(state: State): ReadonlyMap<string, string> {
   const { view, design, runs, control } = state;
-  if (view === "feel") return writeFragment({ view, values: feelAddress(state) });
-  if (view === "design") return writeFragment({ view, values: new Map(Object.entries(design).map(([key, value]) => [key, String(value)])) });
-  if (view === "control") return writeFragment({ view, values: new Map(Object.entries(control).map(([key, value]) => [key, String(value)])) });
+  if (view === "feel") return feelAddress(state);
+  if (view === "design") return new Map(Object.entries(design).map(([key, value]) => [key, String(value)]));
+  if (view === "control") return new Map(Object.entries(control).map(([key, value]) => [key, String(value)]));
   const [from, to] = (runs.span ?? ["", ""]).map(String);
-  return writeFragment({ view, values: new Map(Object.entries({ open: runs.open.join(","), answer: runs.answer, above: runs.above, below: runs.below, from: from ?? "", to: to ?? "" })) });
+  return new Map(Object.entries({ open: runs.open.join(","), answer: runs.answer, above: runs.above, below: runs.below, from: from ?? "", to: to ?? "" }));
 }
 
 function feelAddress(state: State): ReadonlyMap<string, string> {

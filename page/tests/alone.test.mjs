@@ -1,12 +1,14 @@
 // The page with nothing installed, as packaging/browser made it: in a browser, over any web server.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { existsSync, readFileSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, afterEach, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { launch, open } from "./browser.mjs";
 import { serveFolder } from "./static.mjs";
+import { laidOut, shows, SIZES, until, violations } from "./views.mjs";
 
 const root = fileURLToPath(new URL("../../", import.meta.url));
 const FOLDER = process.env.PAGE_FOLDER ?? join(root, "target/browser/page");
@@ -31,19 +33,20 @@ after(async () => {
 
 const command = (...words) => JSON.parse(execFileSync(HOST_CLI, [...words, "--json"], { encoding: "utf8" }));
 
-/** The answer of a worker of the page to a question of a panel. */
-const asked = (page, question) =>
+/** The answer of a worker of the page, to a question of a panel or to this request. */
+const asked = (page, question, name = "panels", request = { do: "ask", panel: "design", question }) =>
   page.evaluate(
-    (question) =>
+    ([name, request]) =>
       new Promise((answered, failed) => {
-        const worker = new Worker("worker.js", { name: "panels" });
+        const worker = new Worker("worker.js", { name });
         worker.onmessage = ({ data }) => {
-          if (data === null) worker.postMessage(JSON.stringify({ id: 1, do: "ask", panel: "design", question }));
-          else if (typeof data === "string") answered(JSON.parse(data));
+          if (data === null) worker.postMessage(JSON.stringify({ id: 1, ...request }));
+          else if (typeof data === "string" && JSON.parse(data).id === 1) answered(JSON.parse(data));
+          else if (typeof data === "string") return;
           else failed(new Error(data.failed));
         };
       }),
-    question,
+    [name, request],
   );
 
 test("within three seconds a tissue is felt, then a wall from Design; a stop takes the force away", { skip, timeout: 60_000 }, async () => {
@@ -109,6 +112,91 @@ test("a wall and a loop have the numbers of the command, to the last bit", { ski
   for (const key of ["stable", "gain_margin", "pulling_contact_margin"]) assert.equal(judged[key], proved[key], key);
   const loop = await asked(page, { analyze: { plant: "0.55exp(-s)/(62s+1)", controller: "9.7+0.6/s^0.9", sample_time_s: 0.1 } });
   assert.deepEqual({ ...loop.report, files: [] }, command("control", "analyze", "--plant", "0.55exp(-s)/(62s+1)", "--controller", "9.7+0.6/s^0.9", "--sample-time", "0.1s"));
+});
+
+/** The columns of a table, by their names. */
+const columns = (text) => {
+  const [head, ...rows] = text.trimEnd().split("\n").map((line) => line.split(","));
+  return new Map(head.map((name, column) => [name, rows.map((row) => Number(row[column]))]));
+};
+
+const RUNS = {
+  relax: {},
+  creep: {},
+  wall: { mass_kg: 0.065, damping_n_s_per_m: 3.5, sample_time_s: 0.001, order: 0.5, stiffness_n_per_m: 3000, dissipation_n_s_mu_per_m: 100 },
+};
+
+test("runs from their forms have the samples of the command's logs, to the last bit", { skip, timeout: 120_000 }, async () => {
+  const { page, errors } = await open(browser, `${site.address}#runs`);
+  const folder = mkdtempSync(join(tmpdir(), "runs-"));
+  const command = (...words) => execFileSync(HOST_CLI, [...words, "-q"]);
+  for (const [number, [kind, keys]] of Object.entries(RUNS).entries()) {
+    await page.getByText("New run").click();
+    await page.selectOption("select[aria-label='Experiment']", kind);
+    await page.locator(".form button[type=submit]").click();
+    await page.locator(".runs-list .progress").getByText(new RegExp(`^${kind}-000${number + 1}/${kind} is done${kind === "wall" ? ": stable" : ""}$`)).waitFor();
+    await until(() => Promise.resolve(decodeURIComponent(page.url()).includes(`open=${kind}-`)), page.url());
+    await page.locator(".facts h3", { hasText: kind }).waitFor();
+    const [download] = await Promise.all([page.waitForEvent("download"), page.locator(".files button", { hasText: "CSV" }).click()]);
+    const kept = columns(readFileSync(await download.path(), "utf8"));
+    const file = join(folder, `${kind}.toml`);
+    writeFileSync(file, `[${kind}]\n${Object.entries(keys).map(([key, value]) => `${key} = ${value}\n`).join("")}`);
+    command("run", file, "--out", join(folder, kind));
+    command("log", "export", join(folder, kind, `${kind}.mcap`), join(folder, `${kind}.csv`));
+    const logged = columns(readFileSync(join(folder, `${kind}.csv`), "utf8"));
+    assert.ok(kept.size > 2 && kept.get("time_s").length === (kind === "wall" ? 5001 : 200_001), [...kept.keys()].join());
+    for (const [name, numbers] of kept) assert.deepEqual(numbers, logged.get(name), `${kind}: ${name}`);
+  }
+  rmSync(folder, { recursive: true });
+  // What is no run of this page is refused with its command.
+  const refused = await asked(page, undefined, "loop", { do: "runs.start", kind: "zwidth", parameters: {} });
+  assert.match(refused.error, /`host-cli zwidth`/);
+  assert.deepEqual(errors, []);
+});
+
+test("keys alone: arrows push, space stops, R starts again, each view is reached", { skip, timeout: 60_000 }, async () => {
+  const { page, errors } = await open(browser, site.address);
+  const scene = page.locator(".scene");
+  const text = () => scene.getAttribute("aria-valuetext");
+  const pushes = async () => /force [\d.]*[1-9]/.test(await text());
+  await until(() => page.locator(".device.running").count(), "no loop");
+  await until(async () => {
+    await page.keyboard.press("Tab");
+    return scene.evaluate((scene) => scene === document.activeElement);
+  }, "Tab does not come to the probe");
+  await page.keyboard.press("Home");
+  await until(async () => Number(await scene.getAttribute("aria-valuenow")) < -0.5, "the probe did not come out");
+  await page.keyboard.down("ArrowRight");
+  await until(pushes, "no force");
+  await page.keyboard.up("ArrowRight");
+  await page.keyboard.press(" ");
+  await until(async () => !(await pushes()) && page.locator("button.start").isVisible(), "no stop");
+  await page.keyboard.press("r");
+  await until(() => page.locator(".device.running").count(), "no start");
+  for (const [key, view] of [["2", "design"], ["3", "runs"], ["4", "control"], ["1", "feel"]]) {
+    await page.keyboard.press(key);
+    await until(() => page.locator(`.view.${view}`).isVisible(), view);
+  }
+  assert.deepEqual(errors, []);
+});
+
+test("axe finds nothing, and nothing is cut, from 360 to 2560 px", { skip, timeout: 300_000 }, async () => {
+  const { feel, design, identify, control } = shows;
+  for (const [colorScheme, sizes] of [["light", SIZES], ["dark", SIZES.slice(0, 1)]]) {
+    for (const [width, height] of sizes) {
+      const { page, context, errors } = await open(browser, site.address, { colorScheme, viewport: { width, height } });
+      await until(() => page.locator(".device.running").count(), "no loop");
+      for (const [name, show] of Object.entries({ feel, design, identify, control })) {
+        await show(page);
+        const at = `${name}, ${width}×${height}, ${colorScheme}`;
+        await laidOut(page, at);
+        assert.deepEqual(await violations(page), [], at);
+        if (process.env.PICTURES) await page.screenshot({ path: join(process.env.PICTURES, `${name}-${colorScheme}-${width}.png`), fullPage: true });
+      }
+      assert.deepEqual(errors, []);
+      await context.close();
+    }
+  }
 });
 
 test("a browser without WebAssembly is told so in a line", { skip, timeout: 30_000 }, async () => {

@@ -1,12 +1,11 @@
 // The page in a browser: what a person does with it, and what they must see.
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { after, afterEach, before, test } from "node:test";
 import { gzipSync } from "node:zlib";
 import { launch, open } from "./browser.mjs";
 import { RELAX, startServer, WALL } from "./server.mjs";
-import { dropped, RELAXATION, shows, SIZES } from "./views.mjs";
+import { dropped, laidOut, RELAXATION, shows, SIZES, until, violations } from "./views.mjs";
 
 let server, browser;
 before(async () => {
@@ -20,18 +19,6 @@ after(async () => {
   await browser?.close();
   await server?.kill();
 });
-
-/** Waits until `look` gives something true; says what was there otherwise. */
-async function until(look, what, timeout = 8000) {
-  const end = Date.now() + timeout;
-  let last;
-  while (Date.now() < end) {
-    last = await look();
-    if (last) return last;
-    await new Promise((resolve) => setTimeout(resolve, 30));
-  }
-  throw new Error(`${what}: ${JSON.stringify(last)}`);
-}
 
 /** Waits until a part of the page says so. */
 const says = (part, words, what, timeout) => until(async () => words.test((await part.allTextContents()).join(" ")), what, timeout);
@@ -808,34 +795,7 @@ test("nothing is cut at any size: no horizontal scroll, charts seen, stop reache
     for (const [name, show] of Object.entries(shows)) {
       await show(page);
       const at = `${name} at ${width}×${height}`;
-      await until(() => page.evaluate(() => {
-        const seen = (part) => part.getClientRects().length > 0;
-        const plots = [...document.querySelectorAll(".chart, .map, .scene, .depth-holder, .plane-holder")].filter(seen);
-        const small = plots.filter((plot) => plot.clientWidth < 150 || plot.clientHeight < 60);
-        return small.length === 0;
-      }), `a chart is too small: ${at}`, 3000).catch(async (error) => {
-        throw new Error(`${error.message} ${JSON.stringify(await page.evaluate(() => [...document.querySelectorAll(".chart, .map, .scene, .depth-holder, .plane-holder")].map((plot) => [plot.className.baseVal ?? plot.className, plot.getAttribute("aria-label"), plot.clientWidth, plot.clientHeight])))}`);
-      });
-      const found = await page.evaluate(() => {
-        const root = document.scrollingElement;
-        const cards = [...document.querySelectorAll(".card, header > *, footer > *")].filter((card) => card.getClientRects().length > 0);
-        const over = cards.filter((card) => {
-          const { left, right } = card.getBoundingClientRect();
-          return left < -1 || right > innerWidth + 1;
-        });
-        // What is higher than its card lies over the next.
-        const cut = cards.filter((card) => card.matches(".card") && card.scrollHeight > card.clientHeight + 2 && !["auto", "scroll"].includes(getComputedStyle(card).overflowY));
-        const stop = document.querySelector("button.stop").getBoundingClientRect();
-        const tall = root.scrollHeight > innerHeight + 1;
-        scrollTo(0, root.scrollHeight);
-        const later = document.querySelector("button.stop").getBoundingClientRect();
-        scrollTo(0, 0);
-        return { wide: root.scrollWidth - innerWidth, over: over.map((card) => card.className || card.tagName), cut: cut.map((card) => `${card.className} ${card.scrollHeight} > ${card.clientHeight}`), stop: [stop, later].every(({ top, bottom, left, right }) => top >= 0 && bottom <= innerHeight && left >= 0 && right <= innerWidth), tall };
-      });
-      assert.ok(found.wide <= 0, `${at}: ${found.wide} px to the side`);
-      assert.deepEqual(found.over, [], at);
-      assert.deepEqual(found.cut, [], at);
-      assert.ok(found.stop, `stop is out of reach: ${at}`);
+      await laidOut(page, at);
     }
     // After a stop there is one button more.
     await page.evaluate(() => document.activeElement?.blur());
@@ -880,7 +840,6 @@ visit("a certificate that is dropped is shown", "#runs", async (page) => {
 });
 
 test("axe finds nothing in any view, at any size, light and dark", async () => {
-  const source = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
   const large = [1440, 900];
   for (const [colorScheme, sizes] of [["light", [large, ...SIZES]], ["dark", [large]]]) {
     for (const [width, height] of sizes) {
@@ -888,9 +847,7 @@ test("axe finds nothing in any view, at any size, light and dark", async () => {
       for (const [name, show] of Object.entries(shows)) {
         await show(page);
         await page.waitForTimeout(300);
-        await page.evaluate(source);
-        const { violations } = await page.evaluate(() => globalThis.axe.run(document, { rules: { "target-size": { enabled: true } } }));
-        assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).join(" | ")}`), [], `${name}, ${width}×${height}, ${colorScheme}`);
+        assert.deepEqual(await violations(page), [], `${name}, ${width}×${height}, ${colorScheme}`);
       }
       await context.close();
     }

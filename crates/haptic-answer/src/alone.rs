@@ -5,25 +5,28 @@
 //! clock, ms ─────────────▶ advance ─▶ loop in virtual time ───┤
 //!                          work ────▶ one question of a panel ┘
 //! ```
-//! It has no device, disk or run: it refuses those with the command that has them.
+//! It has no device and no disk, and runs tissues and walls in virtual time alone: it refuses the rest with the command that has it.
 
 mod held;
+mod ran;
 
-use crate::dropped::{can_be_felt, looked_at};
+use crate::channels::places;
+use crate::dropped::{can_be_felt, looked_at, of_file};
 use crate::feel::state::idle;
 use crate::feel::{CHANNELS, DeviceNumbers, FeelChange, FeelSettings, felt, pyramid_size};
 use crate::form::{Asker, Files, forms};
 use crate::hello::Known;
-use crate::live::{Acknowledged, FRAMES_PER_S, LivePicture, ShownLoop};
+use crate::live::{Acknowledged, FRAMES_PER_S, LivePicture, ShownLoop, frame};
 use crate::pyramid::Pyramid;
 use crate::question::PanelQuestion;
-use crate::request::{LIVE, PageRequest, Panel, StartRun, ViewRequest, parse};
+use crate::request::{LIVE, PageRequest, Panel, ViewRequest, parse};
 use crate::surface::{TissueSurface, pushed};
 use crate::words::answered;
 use haptic_document::{Failure, FileError};
 use haptic_quantity::parse_for_key;
 use haptic_tissue::{Library, Material, MaterialError};
 use held::HeldLoop;
+use ran::{VirtualRun, kind, run_forms};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::path::Path;
@@ -32,7 +35,9 @@ use std::sync::atomic::AtomicBool;
 /// Time between two messages of the status, with a loop and without one, ms.
 const STATUS_MS: (f64, f64) = (100.0, 1000.0);
 const PROGRAM: &str = concat!("haptic-answer ", env!("CARGO_PKG_VERSION"));
-const NO_FOLDER: &str = "none in this page: `host-cli serve` keeps runs";
+const NO_FOLDER: &str = "kept until the page is closed";
+/// Runs that are kept.
+const RUNS: usize = 8;
 
 /// A message to the page.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +75,10 @@ pub struct Alone {
     live: LivePicture,
     acknowledged: Acknowledged,
     surface: Option<TissueSurface>,
+    /// The run that begins at the next turn, those that are over, oldest first, and the number of all.
+    to_run: Option<VirtualRun>,
+    ran: VecDeque<VirtualRun>,
+    runs: usize,
     /// The newest question of each panel that waits.
     asked: [Option<(Value, PanelQuestion)>; Panel::ALL.len()],
     out: VecDeque<ToPage>,
@@ -92,6 +101,9 @@ impl Alone {
             live: LivePicture::new(acknowledged.clone()),
             acknowledged,
             surface: None,
+            to_run: None,
+            ran: VecDeque::new(),
+            runs: 0,
             asked: Default::default(),
             out: VecDeque::new(),
             sent_ms: (f64::NEG_INFINITY, f64::NEG_INFINITY),
@@ -152,6 +164,14 @@ impl Alone {
     /// Goes on until this time, ms.
     pub fn advance(&mut self, now_ms: f64) {
         let (frame_ms, status_ms) = self.sent_ms;
+        if let Some(mut run) = self.to_run.take() {
+            let over = run.run();
+            self.say(&over);
+            self.ran.push_back(run);
+            if self.ran.len() > RUNS {
+                self.ran.pop_front();
+            }
+        }
         if let Some(held) = &mut self.held {
             if let Some(fault) = held.advance(now_ms, kept(&mut self.kept)) {
                 let notice = json!({"notice": format!("stopped: {fault}")});
@@ -259,22 +279,43 @@ impl Alone {
             PageRequest::Arm {} => json!(self.held()?.arm()?),
             PageRequest::View(view) => self.view(id, &view)?,
             PageRequest::ViewEnd {} => json!(self.live.show(None)),
-            PageRequest::RunsList {} => json!({"runs": []}),
+            PageRequest::RunsList {} => {
+                let newest_first = self.ran.iter().rev().map(VirtualRun::entry);
+                json!({"runs": newest_first.collect::<Vec<_>>()})
+            }
             PageRequest::RunsForms {} => {
                 let mut forms = forms();
-                forms["forms"] = json!([]);
+                forms["forms"] = run_forms();
                 forms
+            }
+            PageRequest::RunsStart(form) => {
+                let run = VirtualRun::of(&form, self.runs + 1)?;
+                self.runs += 1;
+                let started = json!({"name": run.name, "samples": run.samples});
+                self.to_run = Some(run);
+                started
+            }
+            PageRequest::RunsOpen { name } => self.run_of(&name)?.answer(),
+            PageRequest::RunsTable(table) => {
+                json!({"text": self.run_of(&table.name)?.table(&table)?})
             }
             PageRequest::TissueKeep { name, text } => {
                 self.keep(&name, &text)?;
                 json!({"path": "this page, until it is closed"})
             }
-            PageRequest::File(file) => looked_at(&file)?.ok_or_else(|| {
-                let name = &file.name;
-                needs(&format!(
-                    "an experiment runs on a machine: use `host-cli run {name}`"
-                ))
-            })?,
+            PageRequest::File(file) => match looked_at(&file)? {
+                Some(known) => known,
+                None => {
+                    let experiment = of_file(&file.text);
+                    if experiment["kind"].as_str().and_then(kind).is_none() {
+                        let name = &file.name;
+                        return Err(needs(&format!(
+                            "this is none of its runs: use `host-cli run {name}`"
+                        )));
+                    }
+                    json!({"is": "experiment", "experiment": experiment})
+                }
+            },
             PageRequest::Quantity { key, text } => {
                 json!({"value": parse_for_key(&key, &text).map_err(Failure::bad_input)?})
             }
@@ -288,20 +329,12 @@ impl Alone {
             }
             PageRequest::CompareStart(_)
             | PageRequest::CompareFeel {}
+            | PageRequest::CompareRate { .. }
             | PageRequest::CompareAnswer { .. }
             | PageRequest::CompareEnd {} => {
                 return Err(needs(
                     "a comparison is a table on a disk: use `host-cli serve`",
                 ));
-            }
-            PageRequest::RunsStart(StartRun { kind, .. }) => {
-                let kind = kind.replacen('-', " ", 1);
-                return Err(needs(&format!(
-                    "a run is a log on a disk: use `host-cli {kind}`"
-                )));
-            }
-            PageRequest::RunsOpen { .. } | PageRequest::RunsTable(_) => {
-                return Err(needs("a log lies on a disk: use `host-cli serve`"));
             }
             // It waits for `work`.
             PageRequest::Ask { .. } => Value::Null,
@@ -323,7 +356,17 @@ impl Alone {
     fn view(&mut self, id: &Value, view: &ViewRequest) -> Result<Value, Failure> {
         let number = view.number(id)?;
         if view.source != LIVE {
-            return Err(needs("a log lies on a disk: use `host-cli serve`"));
+            let run = self.run_of(&view.source)?;
+            let (samples, sample_time_s) = run.span();
+            let mut channels = run.channels.drawn();
+            let mut columns = run.pyramid.columns(view.span(samples, sample_time_s)?);
+            if let Some(wanted) = &view.channels {
+                columns = columns.chosen(&places(wanted, &channels)?);
+                channels.clone_from(wanted);
+            }
+            let frame = frame(number, &columns, sample_time_s);
+            self.out.push_back(ToPage::Frame(frame));
+            return Ok(json!({"channels": channels}));
         }
         let t = self.sample_time_s();
         match view.of_loop(number, kept(&mut self.kept), t)? {
@@ -331,6 +374,11 @@ impl Alone {
             ShownLoop::Live(live) => self.live.show(Some(live)),
         }
         Ok(json!({"channels": CHANNELS}))
+    }
+
+    fn run_of(&self, name: &str) -> Result<&VirtualRun, Failure> {
+        let found = self.ran.iter().find(|run| run.name == name);
+        found.ok_or_else(|| needs("a log lies on a disk: use `host-cli serve`"))
     }
 
     /// Keeps a tissue under a name of its own, as long as the page is there.

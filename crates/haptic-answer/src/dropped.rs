@@ -43,3 +43,30 @@ pub fn can_be_felt(tissue: &Material) -> Result<(), Failure> {
     TissuePiece::usual(felt).map_err(Failure::input)?;
     Ok(())
 }
+
+/// The experiment of a file as the page has it: kind, text, and the parameters of its form.
+#[must_use]
+pub fn of_file(text: &str) -> Value {
+    let table: toml::Table = toml::from_str(text).unwrap_or_default();
+    let Some((kind, parameters)) = table.into_iter().next() else {
+        return Value::Null;
+    };
+    json!({"kind": kind, "text": text, "parameters": parameters})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_of_a_proposal_is_a_form_too() {
+        let text = "# A comment.\n[wall]\nmass_kg = 0.065\nscheme = \"full\"\none_sided = false\n";
+        let shown = of_file(text);
+        assert_eq!(
+            (&shown["kind"], &shown["text"]),
+            (&json!("wall"), &json!(text))
+        );
+        assert_eq!(shown["parameters"]["mass_kg"], 0.065);
+        assert_eq!(of_file("no file"), Value::Null);
+    }
+}

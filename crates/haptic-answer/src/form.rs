@@ -112,6 +112,24 @@ pub fn parameter(
     })
 }
 
+/// Initial values of fields that are sent unless they are emptied, with which the form runs: those of `experiments/` in the repository.
+const SUGGESTED: &[(&str, &str, f64)] = &[
+    ("wall", "order", 0.5),
+    ("wall", "stiffness_n_per_m", 3000.0),
+    ("wall", "dissipation_n_s_mu_per_m", 100.0),
+    ("coupler", "order", 1.0),
+    ("coupler", "coupler_damping_n_s_per_m", 2.0),
+    ("coupler", "coupler_spring_n_s_1_minus_mu_per_m", 1000.0),
+];
+
+/// The initial value of a field of this form, if one is suggested.
+#[must_use]
+pub fn suggested(form: &str, given: &Parameter) -> Option<f64> {
+    let mut known = SUGGESTED.iter();
+    let known = known.find(|known| (known.0, known.1) == (form, given.key));
+    known.map(|known| known.2)
+}
+
 /// Parameter of a record that is to be identified, with the loadings that it is for.
 fn record_parameter(given: &Parameter, is_option: bool) -> Value {
     let size = label(given.key);

@@ -3,6 +3,7 @@
 #![warn(unreachable_pub)]
 
 pub mod alone;
+pub mod channels;
 pub mod control;
 pub mod dropped;
 pub mod feel;

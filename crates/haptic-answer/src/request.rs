@@ -39,6 +39,8 @@ pub enum PageRequest {
     CompareStart(CompareStart),
     #[serde(rename = "compare.feel")]
     CompareFeel {},
+    #[serde(rename = "compare.rate")]
+    CompareRate { rating: f64 },
     #[serde(rename = "compare.answer")]
     CompareAnswer { stiffer: u8 },
     #[serde(rename = "compare.end")]
@@ -135,6 +137,8 @@ pub struct CompareStart {
     /// A code of at most 32 characters, no name.
     pub subject: String,
     pub seed: u32,
+    /// Least and most of the ratings that are asked for after each; without it there are none.
+    pub rating_scale: Option<[f64; 2]>,
 }
 
 impl PageRequest {
@@ -151,6 +155,7 @@ impl PageRequest {
             | Self::FeelEnd {}
             | Self::CompareStart(_)
             | Self::CompareFeel {}
+            | Self::CompareRate { .. }
             | Self::CompareAnswer { .. }
             | Self::CompareEnd {}
             | Self::Arm {}
@@ -193,6 +198,7 @@ impl PageRequest {
                     | Self::FeelEnd {}
                     | Self::CompareStart(_)
                     | Self::CompareFeel {}
+                    | Self::CompareRate { .. }
                     | Self::CompareAnswer { .. }
                     | Self::CompareEnd {}
                     | Self::Arm {}

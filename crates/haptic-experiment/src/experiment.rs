@@ -8,7 +8,6 @@ pub(crate) mod indentation;
 pub(crate) mod kind;
 pub(crate) mod press;
 pub(crate) mod reading;
-pub(crate) mod rendering;
 pub(crate) mod teleoperation;
 pub(crate) mod touch;
 pub(crate) mod trial;
@@ -16,15 +15,13 @@ pub(crate) mod wall;
 
 use haptic_document::parameters::{KeyTable, ON_DEVICE};
 use haptic_judge::coupler as judged;
+use haptic_judge::rendering;
 use haptic_trial::keys;
 use haptic_trial::robot::ADMITTANCE;
 use haptic_trial::safety::keys::SAFETY;
 use kind::{Companion, Kind};
 pub use teleoperation::{End, FarReport, Terms};
 
-const RELAXATION: KeyTable = ("relaxation", rendering::RELAX);
-const CREEP: KeyTable = ("creep", rendering::CREEP);
-const RENDERING: KeyTable = ("rendering", rendering::RENDERING);
 const COUPLER_REQUIRED: KeyTable = ("required", judged::COUPLER_REQUIRED);
 const COUPLER: KeyTable = ("coupler", judged::COUPLER);
 const TELEOPERATION: KeyTable = ("teleoperation", keys::teleoperation::TELEOPERATION);
@@ -37,13 +34,13 @@ const CHAIN: KeyTable = ("safety", SAFETY);
 const ALL: &[Kind] = &[
     Kind {
         name: "relax",
-        keys: &[RELAXATION, RENDERING, DEVICE, CHAIN],
+        keys: rendering::RELAX_TABLES,
         companion: Companion::Drive,
         read: |table, beside| Ok(Box::new(indentation::relax(table, beside.drive)?)),
     },
     Kind {
         name: "creep",
-        keys: &[CREEP, RENDERING, DEVICE, CHAIN],
+        keys: rendering::CREEP_TABLES,
         companion: Companion::Drive,
         read: |table, beside| Ok(Box::new(indentation::creep(table, beside.drive)?)),
     },

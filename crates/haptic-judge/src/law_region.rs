@@ -9,6 +9,7 @@
 //! - *Cost*: milliseconds, up to seconds beside a border. The search for a part takes seven proofs.
 
 use crate::modelled_tissue::TissuePiece;
+use crate::preflight::Preflight;
 use crate::wall::WallTrial;
 use fracdiff::Scheme;
 use fracdiff::full_memory::Kernel;
@@ -21,7 +22,6 @@ use haptic_document::parameters::{Parameter, SCHEME};
 use haptic_quantity::digits;
 use haptic_tissue::ModelKind;
 use haptic_trial::advice::analysed;
-use haptic_trial::in_hand::law::HORIZON;
 use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
 
 /// Halvings in the search for the largest part.
@@ -237,15 +237,15 @@ impl LawRegion {
 ///
 /// # Errors
 /// A mix that is not proved; a law of which no operator can be made.
-pub fn prove_mix(laws: [&WallTrial; 2], devices: &[Dynamics]) -> Result<(), Failure> {
-    let made = |law: &WallTrial| {
+pub fn prove_mix(laws: [&Preflight<'_>; 2], devices: &[Dynamics]) -> Result<(), Failure> {
+    let made = |law: &Preflight<'_>| {
         let wall = SampledWall {
             stiffness_n_per_m: law.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: law.dissipation_n_s_mu_per_m,
             order: law.order,
-            sample_time_s: law.setup.device.sample_time.0,
+            sample_time_s: law.sample_time_s,
         };
-        Ok::<_, Failure>((wall, law.look(HORIZON).loop_operator()?))
+        Ok::<_, Failure>((wall, law.loop_operator()?))
     };
     let [first, second]: [(SampledWall, LoopOperator); 2] = [made(laws[0])?, made(laws[1])?];
     let sets = [
@@ -272,6 +272,7 @@ mod tests {
     use haptic_loop::plant::MassDamperConfig;
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
     use haptic_trial::Sensors;
+    use haptic_trial::in_hand::law::HORIZON;
     use testkit::{Random, assert_refused, assert_says};
 
     const T: Seconds = Seconds(1e-3);
@@ -331,9 +332,12 @@ mod tests {
         let grown: Vec<f64> = shares.map(|share| grows([&stiff, &soft], share)).collect();
         assert!(grown[0] < 0.5 && grown[20] < 0.5, "{grown:?}");
         assert!(grown.iter().any(|grown| *grown > 2.0), "{grown:?}");
-        assert_refused(prove_mix([&stiff, &soft], &devices()), "rest before it");
+        let proved = |stiff: &WallTrial, soft: &WallTrial| {
+            prove_mix([&stiff.look(HORIZON), &soft.look(HORIZON)], &devices())
+        };
+        assert_refused(proved(&stiff, &soft), "rest before it");
         let (stiff, soft) = (wall(2000.0, 20.0, 0.9), wall(100.0, 20.0, 0.2));
-        prove_mix([&stiff, &soft], &devices()).expect("proved");
+        proved(&stiff, &soft).expect("proved");
         assert!(grows([&stiff, &soft], 0.5) < 0.5);
     }
 

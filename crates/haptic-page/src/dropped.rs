@@ -2,9 +2,8 @@
 //! runs as `tissues/NAME.toml`, never over another, and in the library that is felt.
 
 use crate::folder::folder_of;
-use crate::runs::of_file;
 use haptic_answer::TextFile;
-use haptic_answer::dropped::{self, can_be_felt};
+use haptic_answer::dropped::{self, can_be_felt, of_file};
 use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::Failure;

@@ -6,6 +6,7 @@ use crate::tissue::{KIND, TISSUE_MODEL, models};
 use haptic_document::Named;
 use haptic_document::parameters::Parameter;
 use haptic_judge::preflight::WallContact;
+use haptic_judge::rendering::{Contact, Precision};
 use haptic_judge::settling::Criterion;
 use haptic_link::{Architecture, LoopMode};
 use haptic_loop::LoadingKind;
@@ -40,6 +41,8 @@ pub fn choices(parameter: &Parameter) -> Vec<NamedChoice> {
         "weights" => words(&Weighting::CHOICES),
         "architecture" => names::<Architecture>(),
         "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
+        "contact" => names::<Contact>(),
+        "precision" => names::<Precision>(),
         "criterion" => names::<Criterion>(),
         "guard" => names::<GuardChoice>(),
         "loading" => names::<LoadingKind>(),

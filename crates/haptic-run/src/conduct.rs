@@ -110,9 +110,6 @@ pub fn close(recorder: Recorder, record: &RunRecord, at_rest: bool) -> Result<Re
     })
 }
 
-/// Fewest and most samples of an experiment: at 1 kHz, eleven days. The disk is full before.
-pub const SAMPLES: std::ops::RangeInclusive<f64> = 10.0..=1e9;
-
 /// Ticks from one report of progress to the next, for the supervisor.
 pub(crate) const REPORT: u64 = 1024;
 

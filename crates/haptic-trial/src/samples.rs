@@ -41,6 +41,9 @@ impl Samples<'_> {
     }
 }
 
+/// Fewest and most samples of an experiment: at 1 kHz, eleven days. The disk is full before.
+pub const SAMPLES: RangeInclusive<f64> = 10.0..=1e9;
+
 /// Largest number of samples of a run kept in memory.
 pub const WHOLE_MOST: u64 = 1_000_000;
 

@@ -82,6 +82,33 @@ where
     true
 }
 
+/// Runs a world to its last sample, or until the sink breaks; one that ends early goes on until its force is zero, as a run with a log
+/// does. Why it ended early, if it did.
+pub fn to_the_end<W: World<D>, const D: usize>(
+    world: &mut W,
+    samples: u64,
+    sink: Sink<'_, W::Message>,
+) -> Option<Ending> {
+    let (mut tick, mut ended) = (0, None);
+    while tick < samples || ended.is_some() {
+        if sink(&world.tick()).is_break() {
+            break;
+        }
+        tick += 1;
+        if ended.is_some() {
+            if world.is_at_rest() {
+                break;
+            }
+            continue;
+        }
+        ended = world.ended();
+        if ended.is_some() {
+            world.stop();
+        }
+    }
+    ended
+}
+
 /// A loop on a simulated device. Whatever ends it, no force stays.
 #[derive(Debug)]
 pub struct SimulatedLoop<'a, F: Real, E: Environment<F, D>, V, const D: usize>

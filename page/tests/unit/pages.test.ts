@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { joined } from "../../src/columns";
 import { keyOf } from "../../src/forms";
 import { certificate } from "../../src/certificate";
-import { isAsked, sentence } from "../../src/compare";
+import { isAsked, isRated, sentence } from "../../src/compare";
 import { blind } from "../../src/scene";
 import { wallFile } from "../../src/design-file";
 import { demonstrated } from "../../src/demonstration";
@@ -103,9 +103,14 @@ test("a comparison shows nothing that tells the walls apart, and asks once both 
   // As a softer wall that yields more, and as one that pushes a free probe out.
   assert.deepEqual(blind({ ...held, position: 4e-3, force: 0.3, surface: 4e-3 }), blind(held));
   assert.equal(blind({ ...held, hand: NaN }).position, 0);
-  const compared = { running: true, trial: 0, trials: 2, right: null, table: "" };
+  const compared = { running: true, trial: 0, trials: 2, rating_scale: null, rated: 0, right: null, table: "" };
   for (const [wall, touched] of [[0, true], [1, false], [1, true], [2, false], [2, true]] as const) {
     const now = { ...compared, wall, touched };
     assert.equal(isAsked(now), sentence(now).endsWith("which was stiffer?"));
+    // A rating is asked for after each touch, and before the answer.
+    const rates = { ...now, rating_scale: [0, 10] as [number, number], rated: Math.max(0, wall - 1) };
+    assert.deepEqual([isRated(rates), isAsked(rates)], [wall > 0 && touched, false]);
+    assert.equal(isRated(rates), sentence(rates).endsWith(`rate wall ${wall}, from 0 to 10`));
+    assert.deepEqual([isRated({ ...rates, rated: wall }), isAsked({ ...rates, rated: wall })], [false, isAsked(now)]);
   }
 });

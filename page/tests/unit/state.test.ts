@@ -106,6 +106,9 @@ test("Design and Runs open as they were", () => {
   assert.deepEqual(after([{ do: "address", fragment: "#design?K=-5&mu=9&operator=nonsense&T=x" }]).design, { ...START.design, K: 0, mu: 2 });
   const shown = after([{ do: "go", view: "runs" }, { do: "runs", part: { open: ["relax-0001/relax", "b"], answer: "c/zwidth", above: "force_n", span: [0.25, 1.5] } }]);
   assert.deepEqual(after([{ do: "address", fragment: address(shown) }]).runs, shown.runs);
+  // What is folded out goes with the link, whatever is shown.
+  const folded = after([{ do: "folds", open: ["device", "compare"] }, { do: "go", view: "design" }]);
+  assert.deepEqual(after([{ do: "address", fragment: address(folded) }]).folds, folded.folds);
   assert.deepEqual(after([{ do: "address", fragment: "#runs" }], shown).runs, START.runs);
 });
 

@@ -100,6 +100,7 @@ impl HeldLoop {
     /// Another law is felt, which hears the past first.
     pub(super) fn change(&mut self, next: FeelSettings, pyramid: &Pyramid) -> Result<(), Failure> {
         let next = next.judged()?;
+        self.felt.settings.proves_change(&next.settings)?;
         let mut past = Vec::new();
         let from = self.counts.remembers_from.load(Ordering::Relaxed);
         let first = pyramid.samples_from(from, POSITION, &mut past);

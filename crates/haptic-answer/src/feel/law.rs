@@ -2,25 +2,35 @@
 
 use super::ghost::GhostLaws;
 use super::settings::{FeelSettings, Ghost};
-use fracdiff::{Order, Scheme};
+use fracdiff::num_complex::Complex;
+use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_document::{Failure, parameters};
+use haptic_judge::law_region::prove_mix;
 use haptic_judge::modelled_tissue::operator;
-use haptic_judge::preflight::{Preflight, WallContact};
+use haptic_judge::preflight::{Matter, Preflight, WallContact};
 use haptic_loop::units::Metres;
 use haptic_loop::{Pushing, Specimen, Wall, WallShape};
 use haptic_quantity::digits;
+use haptic_tissue::SampledModel;
 use haptic_trial::in_hand::fading::Law;
 use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_STIFFNESS};
 use haptic_trial::in_hand::law::{Felt, HORIZON, refuse_unstable, rounded_down, ticks};
 use haptic_trial::in_hand::place::Placed;
 use haptic_trial::preflight::PreflightVerdict;
+use std::f64::consts::TAU;
 
 /// Time that the short memory keeps, s.
 const SHORT_S: f64 = 1.0;
 /// Time of the past that a ghost hears, s: more than it remembers.
 const GHOST_PAST_S: f64 = 1.1 * SHORT_S;
 const A3_DEGREE: usize = 3;
+
+/// Frequencies of a hand that presses, Hz; the middle one is that of a difference in stiffness.
+const HAND_HZ: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
+
+/// Laws of which no frequency tells more are the same.
+const ALIKE: f64 = 1e-9;
 
 /// Margin at which a tissue is felt that would be unstable in its full size: hits on contact that only pushes grow at less.
 const FITTED_MARGIN: f64 = 2.0;
@@ -43,6 +53,54 @@ impl FeelSettings {
             self.scale * self.law.stiffness_n_per_m,
             self.scale * self.law.dissipation_n_s_mu_per_m,
         )
+    }
+
+    /// Force per displacement at small depths, N/m.
+    ///
+    /// ```text
+    /// |K + B·(jω)^μ|, of a model with more elements |K + B·(M(jω) − E)/η|
+    /// ```
+    fn dynamic_stiffness(&self, frequency_hz: f64) -> Result<f64, Failure> {
+        let omega_rad_s = TAU * frequency_hz;
+        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = self.gains();
+        let Some(model) = &self.model else {
+            let wall = Matter::Wall {
+                stiffness_n_per_m,
+                dissipation_n_s_mu_per_m,
+                order: self.fractional_order()?,
+            };
+            return Ok(wall.stiffness(omega_rad_s).norm());
+        };
+        // E and η are the same at any sample time.
+        let sampled = SampledModel::new(model, Seconds(1.0)).map_err(Failure::input)?;
+        let beside_rest =
+            model.modulus(Complex::new(0.0, omega_rad_s)) - sampled.elastic_modulus_pa();
+        let memory = beside_rest / sampled.viscosity_pa_s_mu();
+        Ok((memory * dissipation_n_s_mu_per_m + stiffness_n_per_m).norm())
+    }
+
+    /// By how much it is stiffer than another one at 1 Hz, as a share; `None` if it is the softer one at some speeds of a hand and the
+    /// stiffer one at others, from 0.1 to 10 Hz.
+    ///
+    /// # Errors
+    /// Two that are the same; one that is nothing.
+    pub fn stiffer_by(&self, other: &Self) -> Result<Option<f64>, Failure> {
+        let mut changes = [0.0; HAND_HZ.len()];
+        for (change, hz) in changes.iter_mut().zip(HAND_HZ) {
+            *change = self.dynamic_stiffness(hz)? / other.dynamic_stiffness(hz)? - 1.0;
+        }
+        if !changes.iter().all(|change| change.is_finite()) {
+            return Err(Failure::bad_input(
+                "what is felt has neither stiffness nor dissipation, so nothing can be compared with it: give it some",
+            ));
+        }
+        if changes.iter().all(|change| change.abs() < ALIKE) {
+            return Err(Failure::bad_input(
+                "both are the same, so no answer would be right: give `b` another tissue, stiffness or scale",
+            ));
+        }
+        let one_way = |sign: f64| changes.iter().all(|change| sign * change > ALIKE);
+        Ok((one_way(1.0) || one_way(-1.0)).then_some(changes[HAND_HZ.len() / 2]))
     }
 
     fn fractional_order(&self) -> Result<Order, Failure> {
@@ -140,8 +198,8 @@ impl FeelSettings {
         ));
     }
 
-    /// The pre-flight without the hand and with it.
-    fn verdicts(&self) -> Result<[(PreflightVerdict, Dynamics); 2], Failure> {
+    /// The loop that is judged, of a tissue that stiffens where it is steepest.
+    fn preflight(&self) -> Result<Preflight<'_>, Failure> {
         let (stiffness, dissipation) = self.gains();
         // As steep as a tissue that stiffens is where small strain ends.
         let deep_m = Specimen::SMALL_STRAIN * parameters::THICKNESS.default_number();
@@ -158,7 +216,11 @@ impl FeelSettings {
             contact: WallContact::OneSided,
             guarded: false,
         };
-        let preflight = preflight.at_depth(self.map, deep_m);
+        Ok(preflight.at_depth(self.map, deep_m))
+    }
+
+    /// The device without the hand and with it.
+    fn devices(&self) -> [Dynamics; 2] {
         let free = Dynamics {
             hand_stiffness_n_per_m: 0.0,
             ..self.device.values.dynamics()
@@ -168,7 +230,26 @@ impl FeelSettings {
             hand_stiffness_n_per_m: HAND_STIFFNESS.0,
             ..free
         };
+        [free, held]
+    }
+
+    /// The pre-flight without the hand and with it.
+    fn verdicts(&self) -> Result<[(PreflightVerdict, Dynamics); 2], Failure> {
+        let preflight = self.preflight()?;
         let judge = |dynamics| Ok::<_, Failure>((preflight.verdict(dynamics, 0)?, dynamics));
+        let [free, held] = self.devices();
         Ok([judge(free)?, judge(held)?])
+    }
+
+    /// Proves what is felt while this law becomes another one on its device, free and in a hand.
+    ///
+    /// # Errors
+    /// A mix of the two that is not proved stable.
+    pub fn proves_change(&self, next: &Self) -> Result<(), Failure> {
+        let law = |of: &Self| (of.law.clone(), of.scale, of.model.clone(), of.map);
+        if law(self) == law(next) {
+            return Ok(());
+        }
+        prove_mix([&self.preflight()?, &next.preflight()?], &next.devices())
     }
 }

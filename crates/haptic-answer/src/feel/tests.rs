@@ -5,6 +5,7 @@ use super::*;
 use fracdiff::Order;
 use haptic_judge::modelled_tissue::operator;
 use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use haptic_judge::preflight::Matter;
 use haptic_loop::units::{Kilograms, Metres, Seconds};
 use haptic_loop::{Controller, SafetyChain};
 use haptic_loop::{Environment as _, LoopSample, Pushing, Wall};
@@ -325,4 +326,96 @@ fn the_force_of_every_tissue_is_that_of_its_sums() {
         );
     }
     assert!(pressed > 1000, "{pressed}");
+}
+
+fn tissue(name: &str, scale: f64) -> FeelSettings {
+    let start = FeelChange {
+        environment: Some(FeltThing::Tissue(name.to_owned())),
+        scale: Some(scale),
+        ..FeelChange::default()
+    };
+    let library = Library::load(None).expect("built in");
+    FeelSettings::new(&library, DeviceNumbers::default(), start).expect("in range")
+}
+
+fn wall(order: f64, stiffness_n_per_m: f64, dissipation_n_s_mu_per_m: f64) -> FeelSettings {
+    let wall = WallNumbers {
+        order,
+        stiffness_n_per_m,
+        dissipation_n_s_mu_per_m,
+        ..WallNumbers::default()
+    };
+    settings(wall, DeviceNumbers::default())
+}
+
+#[test]
+fn the_stiffer_one_of_two_is_that_at_all_speeds_of_a_hand_and_two_that_cross_have_none() {
+    let by = |one: &FeelSettings, other: &FeelSettings| one.stiffer_by(other).expect("compared");
+    assert_eq!(
+        by(&wall(1.0, 450.0, 0.0), &wall(1.0, 300.0, 0.0)),
+        Some(0.5)
+    );
+    // A damper is the softer one of slow motion and the stiffer one of fast.
+    assert_eq!(by(&wall(1.0, 0.0, 50.0), &wall(1.0, 300.0, 0.0)), None);
+    assert!(
+        wall(0.5, 0.0, 0.0)
+            .stiffer_by(&wall(0.5, 0.0, 0.0))
+            .is_err()
+    );
+    // Each tissue of the library against its modulus, whatever its model.
+    let library = Library::load(None).expect("built in");
+    let spring = wall(1.0, 100.0, 0.0);
+    for material in library.materials() {
+        let felt = tissue(&material.name, 0.5);
+        let piece = ModelledTissue::new(material.clone())
+            .and_then(|tissue| TissuePiece::usual(tissue).map_err(haptic_document::Failure::input));
+        let matter = Matter::Tissue(piece.expect("a piece"));
+        let of = |hz: f64| 0.5 * matter.stiffness(std::f64::consts::TAU * hz).norm() / 100.0 - 1.0;
+        let (slow, fast) = (of(0.1), of(10.0));
+        match by(&felt, &spring) {
+            Some(change) => testkit::assert_relative(&material.name, change, of(1.0), 1e-9),
+            None => assert!(
+                slow.min(fast) < 0.0 && slow.max(fast) > 0.0,
+                "{}",
+                material.name
+            ),
+        }
+        let softer = by(&tissue(&material.name, 0.25), &felt).expect("one way");
+        testkit::assert_relative(&material.name, softer, -0.5, 1e-12);
+    }
+}
+
+#[test]
+fn a_change_of_law_is_proved_as_a_session_proves_it() {
+    // Both are stable, and a mix of them is not.
+    let (stiff, soft) = (
+        wall(1.41897, 68894.82, 2.5176),
+        wall(0.069792, 537.16, 7443.1),
+    );
+    for law in [&stiff, &soft] {
+        law.clone().judged().expect("stable");
+    }
+    let refused = stiff.proves_change(&soft).expect_err("a mix that grows");
+    assert!(
+        refused.to_string().contains("not proved stable"),
+        "{refused}"
+    );
+    stiff.proves_change(&stiff).expect("no change");
+    // Among tissues that are felt, and as a slider goes.
+    let library = Library::load(None).expect("built in");
+    let fitted = |name: &str| tissue(name, 1.0).judged().map(|judged| judged.settings);
+    let all = library
+        .materials()
+        .iter()
+        .flat_map(|material| fitted(&material.name));
+    let all: Vec<_> = all.collect();
+    for pair in all.windows(2) {
+        pair[0].proves_change(&pair[1]).expect("proved");
+    }
+    let steps: Vec<_> = (0..=20)
+        .map(|n| wall(0.05 * f64::from(n), 300.0, 30.0))
+        .collect();
+    for pair in steps.windows(2) {
+        pair[0].proves_change(&pair[1]).expect("proved");
+    }
 }

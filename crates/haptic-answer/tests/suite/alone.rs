@@ -114,7 +114,7 @@ fn what_needs_a_machine_is_refused_with_the_command_that_has_one() {
         ("compare.end", json!({}), "`host-cli serve`"),
         (
             "file",
-            json!({"name": "x.toml", "text": "[relax]"}),
+            json!({"name": "x.toml", "text": "[press]"}),
             "`host-cli run x.toml`",
         ),
     ] {
@@ -143,4 +143,62 @@ fn a_tissue_that_falls_on_the_page_is_felt_until_it_is_closed() {
     assert!(page.refused("tissue.keep", kept).contains("already"));
     let environment = json!({"environment": {"tissue": "my-liver"}});
     assert_eq!(page.ask("feel.start", environment)["ok"], true);
+}
+
+#[test]
+fn a_wall_that_is_run_is_seen_listed_and_kept_as_a_table() {
+    let mut page = Page::open();
+    let file = json!({"name": "x.toml", "text": "[wall]\norder = 0.5\n"});
+    assert_eq!(page.ask("file", file)["experiment"]["kind"], "wall");
+    let law = json!({"order": 1, "stiffness_n_per_m": 1000, "dissipation_n_s_mu_per_m": 2, "duration_s": 2, "mass_kg": 0.065, "damping_n_s_per_m": 3.5, "sample_time_s": 1e-3});
+    let run = |more: Value| {
+        let mut parameters = law.clone();
+        for (key, value) in more.as_object().expect("an object") {
+            parameters[key] = value.clone();
+        }
+        json!({"kind": "wall", "parameters": parameters})
+    };
+    let long = page.refused("runs.start", run(json!({"duration_s": 2000})));
+    assert!(
+        long.contains("more than its 1000000") && long.contains("host-cli run"),
+        "{long}"
+    );
+    let file = page.refused("runs.start", run(json!({"device_model": "/a.toml"})));
+    assert!(file.contains("opens no file"), "{file}");
+    let started = page.ask("runs.start", run(json!({})));
+    assert_eq!(started["samples"], 2001);
+    page.1 += 8.0;
+    page.0.advance(page.1);
+    let over = page
+        .heard()
+        .into_iter()
+        .find(|message| message["run"].is_object());
+    let over = over.expect("a last word")["run"].take();
+    assert_eq!(
+        (&over["state"], &over["verdict"]),
+        (&json!("done"), &json!("stable"))
+    );
+    let name = started["name"].clone();
+    assert_eq!(page.ask("runs.list", json!({}))["runs"][0]["name"], name);
+    assert_eq!(page.ask("runs.open", json!({"name": name}))["last_s"], 2.0);
+    page.0
+        .hear(&json!({"id": 7, "do": "view", "source": name, "columns": 100}).to_string());
+    assert!(matches!(page.0.next_message(), Some(ToPage::Frame(_))));
+    let channels = ["position_m", "commanded_force_n"];
+    let wanted = json!({"name": name, "channels": channels, "from_s": 2});
+    let table = page.ask("runs.table", wanted)["text"].take();
+    let (head, row) = table
+        .as_str()
+        .expect("a table")
+        .trim_end()
+        .split_once('\n')
+        .expect("a row");
+    assert_eq!(head, "time_s,position_m,commanded_force_n");
+    // At rest the push of 1 N is held.
+    let numbers: Vec<f64> = row
+        .split(',')
+        .map(|cell| cell.parse().expect("a number"))
+        .collect();
+    assert_relative("place", numbers[1], 1e-3, 1e-3);
+    assert_relative("force", numbers[2], -1.0, 1e-3);
 }

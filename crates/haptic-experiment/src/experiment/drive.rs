@@ -14,7 +14,6 @@ mod second;
 mod tests;
 
 use fracdiff::parameter::Shown;
-use fracdiff::{Real, Seconds};
 use fractional_control::{ControlError, ControllerSetup};
 use haptic_analysis::Dynamics;
 use haptic_document::parameters::range::FORCE_LIMITS;
@@ -23,26 +22,22 @@ use haptic_document::parameters::{
 };
 use haptic_document::{Failure, FileError, Table};
 use haptic_judge::controller_holder::ControllerHolder;
-use haptic_judge::modelled_tissue::Sampled;
 use haptic_link::{ControllerLaw, OperatorShape};
+use haptic_loop::Environment;
 use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{FacingContact, FacingSide, HeldRig, IndentationRig, RampHold, RigDrive};
+use haptic_loop::plant::{FacingContact, RampHold, RigDrive};
 use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
-use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
-use haptic_message::TickMessage;
 use haptic_quantity::written;
 use haptic_run::device::DeviceName;
 use haptic_run::remote::RemoteDevice;
 use haptic_trial::advice::single;
 use haptic_trial::device_table::{device_model_by, without};
 use haptic_trial::keys::drive::{CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE, DRIVE_FORCE_LIMIT};
-use haptic_trial::simulate::Instrumented;
 use haptic_trial::{ControllerFile, DeviceModel};
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
 pub(crate) use path::{PressPath, Section};
 pub(crate) use preflight::{TissueLaw, device};
 pub(crate) use second::{DriveSamples, SecondReport, tell};
-use std::convert::Infallible;
 use std::fmt::Debug;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -322,127 +317,5 @@ impl Environment<f64, 1> for HostDrive {
             (history.holder).advance(set_point, input[0], applied_n[0]);
         }
         history.tick += 1;
-    }
-}
-
-/// The rig of a relaxation or creep test.
-#[derive(Debug)]
-pub(crate) enum SimulatedRig {
-    Plain(Box<IndentationRig>),
-    Held(Box<HeldRig<ControllerHolder>>),
-    /// A push on the tissue alone.
-    Ideal(Box<Massless>),
-}
-
-/// A constant push on a tissue, without a mass between: the depth is that whose force is the push.
-///
-/// ```text
-/// F₀ = g·e(δ[n]) + S[n]    ⇒    e(δ[n]) = (F₀ − S[n])/g
-/// ```
-/// It holds a tissue of its own, with all of the past; the force that is written is not needed.
-#[derive(Debug)]
-pub(crate) struct Massless {
-    tissue: Sampled,
-    map: Option<DepthMap<f64>>,
-    force_n: f64,
-    sample_time_s: f64,
-    /// The tick that is read next.
-    tick: u64,
-    /// e(δ) of that tick, m.
-    effective: f64,
-}
-
-impl Massless {
-    /// A push F₀, N, on a tissue at rest.
-    pub(crate) fn new(
-        tissue: Sampled,
-        map: Option<DepthMap<f64>>,
-        force_n: f64,
-        sample_time: Seconds,
-    ) -> Self {
-        let effective = force_n / tissue.gain();
-        Self {
-            tissue,
-            map,
-            force_n,
-            sample_time_s: sample_time.0,
-            tick: 0,
-            effective,
-        }
-    }
-
-    /// δ of the tick that is read next, m.
-    fn depth(&self) -> f64 {
-        (self.map).map_or(self.effective, |map| map.depth(self.effective))
-    }
-
-    fn advance(&mut self) {
-        self.tissue.advance(self.effective);
-        self.tick += 1;
-        // The force at a depth of zero is the past alone.
-        self.effective = (self.force_n - self.tissue.force(0.0)) / self.tissue.gain();
-    }
-
-    /// δ of a tick after the other, m.
-    pub(crate) fn next(&mut self) -> f64 {
-        let depth = self.depth();
-        self.advance();
-        depth
-    }
-}
-
-impl<F: Real> Device<F, 1> for SimulatedRig {
-    type Error = Infallible;
-
-    fn read(&mut self) -> Result<Reading<F, 1>, Infallible> {
-        match self {
-            Self::Plain(rig) => rig.read(),
-            Self::Held(rig) => rig.read(),
-            Self::Ideal(rig) => Ok(Reading {
-                tick: rig.tick,
-                time_s: rig.tick as f64 * rig.sample_time_s,
-                position_m: SVector::from([F::from_f64(rig.depth())]),
-            }),
-        }
-    }
-
-    fn write(&mut self, force: SafeForce<F, 1>) -> Result<(), Infallible> {
-        match self {
-            Self::Plain(rig) => rig.write(force),
-            Self::Held(rig) => rig.write(force),
-            Self::Ideal(rig) => {
-                rig.advance();
-                Ok(())
-            }
-        }
-    }
-}
-
-impl Instrumented for SimulatedRig {
-    type Message = TickMessage;
-
-    fn observe(&self) -> TickMessage {
-        match self {
-            Self::Plain(rig) => rig.observe(),
-            Self::Ideal(rig) => {
-                let depth = rig.depth();
-                TickMessage {
-                    reference_m: depth.into(),
-                    indenter_position_m: depth.into(),
-                    contact_force_n: rig.force_n.into(),
-                    ..TickMessage::unknown(1)
-                }
-            }
-            Self::Held(held) => {
-                let devices = held.devices();
-                let indenter_m = devices.position(FacingSide::Indenter);
-                TickMessage {
-                    reference_m: held.reference().unwrap_or(indenter_m).into(),
-                    indenter_position_m: indenter_m.into(),
-                    contact_force_n: devices.contact_force().into(),
-                    ..TickMessage::unknown(1)
-                }
-            }
-        }
     }
 }

@@ -16,89 +16,70 @@ mod tests;
 
 use super::kind::{Conduct, Experiment};
 use super::reading::{metadata, remote};
-use super::rendering::{
-    CHANGES, CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER,
-    PIECE_STIFFNESS, PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING, RIG_MASS,
-    STRAIN, STRESS,
-};
-use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
+use crate::experiment::drive::{self, Drive, DriveDevice, TissueLaw};
 use crate::judge::against::Measured;
 use crate::judge::{Published, Report};
-use fracdiff::{Operator, Real, Scheme, Seconds};
+use fracdiff::Real;
 use fractional_control::Term;
-use haptic_analysis::Dynamics;
 use haptic_document::parameters::{
-    CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, Parameter, TISSUE,
-    TISSUE_IN_LOG,
+    CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, TISSUE_IN_LOG,
 };
 use haptic_document::{Failure, FileError, Named as _, Table, parameters as p};
-use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use haptic_judge::indentation::{self, IndentationTrial, VirtualTissue};
 use haptic_judge::preflight::{Preflight, WallContact};
-use haptic_judge::tissue_table::{fits, piece, scheme};
+use haptic_judge::rendering::{Contact, Precision};
+use haptic_judge::simulated_rig::SimulatedRig;
 use haptic_link::{LoopMode, Simulation};
-use haptic_loop::plant::{
-    FacingConfig, ForceSensorConfig, HeldRig, IndentationRig, MassDamperConfig, RampHold,
-    RigConfig, RigContact, RigDrive, RigServo, Sensed,
-};
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{
-    Contact as OneSided, Controller, Limit, SafetyChain, SafetyLimits, SpringDamper,
-};
+use haptic_loop::plant::{FacingConfig, HeldRig, RigDrive, Sensed};
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
+use haptic_loop::{Controller, Limit, SafetyChain, SafetyLimits};
 use haptic_run::Watched;
-use haptic_run::conduct::SAMPLES;
 use haptic_run::remote::{
     PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
-    indentation, no_operator, portable, push,
+    indentation as indented, no_operator, portable, push,
 };
 use haptic_run::{Ran, run_logged};
-use haptic_tissue::{Library, MaterialError};
-use haptic_trial::Sensors;
 use haptic_trial::advice::parameter;
-use haptic_trial::device_table::{device_model, force_sensor, samples_fit, sensors, without};
+use haptic_trial::device_table::device_model;
 use haptic_trial::drive_verdict::DriveVerdict;
 use haptic_trial::preflight::{Findings, note_findings};
 use haptic_trial::safe_chain::{chain, limits_here, safe_chain};
-use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
-use haptic_trial::samples::count;
+use haptic_trial::safety::{GuardChoice, GuardedDevice};
 use haptic_trial::simulate::{SimulatedLoop, Sink, simulate};
 use haptic_trial::tick::KeptSample;
 use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
-
-/// A one-sided virtual tissue that begins at 0.
-type VirtualTissue<F> = OneSided<F, SpringDamper<F, Operator<F>>, 1>;
 
 /// A piece of tissue under an indenter, the operator that renders it, and the rig it is rendered on.
 #[derive(Clone, Debug)]
 pub struct Indentation {
-    /// Its way is a relaxation, its push from t = 0 on is creep.
-    pub(crate) load: RigDrive,
-    pub(crate) duration_s: f64,
-    pub(crate) piece: TissuePiece,
-    pub(crate) scheme: Scheme,
-    pub(crate) precision: Precision,
-    pub(crate) contact: Contact,
-    /// Each of the two actuators, with the sample time of the loop.
-    pub(crate) actuator: MassDamperConfig,
+    pub(crate) trial: IndentationTrial,
     /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
     pub(crate) drive: Option<Drive>,
-    pub(crate) sensors: Sensors,
-    /// Force sensor of the simulated rig, if it has one.
-    pub(crate) force_sensor: Option<ForceSensorConfig>,
-    pub(crate) force_limit_n: f64,
-    pub(crate) force_rate_limit_n_per_s: f64,
-    pub(crate) safety: Safety,
     pub(crate) conduct: Conduct,
-    /// Dynamics of a device at a port, if known.
-    pub(crate) dynamics: Option<Dynamics>,
     /// Measured record of a real piece.
     pub(crate) against: Option<Measured>,
 }
 
+impl Deref for Indentation {
+    type Target = IndentationTrial;
+
+    fn deref(&self) -> &IndentationTrial {
+        &self.trial
+    }
+}
+
+impl DerefMut for Indentation {
+    fn deref_mut(&mut self) -> &mut IndentationTrial {
+        &mut self.trial
+    }
+}
+
 impl Experiment for Indentation {
     fn check(&self) -> Result<u64, Failure> {
-        count(self.duration_s, self.sample_time_s(), &SAMPLES)
+        self.trial.samples()
     }
 
     fn sample_time_s(&self) -> f64 {
@@ -184,27 +165,6 @@ impl Indentation {
         let devices = self.rig().facing().map_err(parameter)?;
         let verdict = drive.facing(&devices, self.load, self.tissue_law(samples)?);
         verdict.map(Some)
-    }
-
-    fn rig(&self) -> RigConfig {
-        let contact = match self.contact {
-            Contact::Compliant => RigContact::COMPLIANT,
-            Contact::Rigid | Contact::Ideal => RigContact::Rigid,
-        };
-        let MassDamperConfig {
-            mass,
-            damping,
-            sample_time,
-            ..
-        } = self.actuator;
-        RigConfig {
-            renderer_mass: mass,
-            renderer_damping: damping,
-            indenter_mass: mass,
-            indenter_damping: damping,
-            servo: RigServo::of(mass, damping),
-            ..RigConfig::new(self.load, contact, sample_time)
-        }
     }
 
     fn simulate_as<F: Real>(&self, sink: Sink<'_>) -> Result<bool, Failure> {
@@ -398,23 +358,8 @@ impl Indentation {
         &self,
         samples: u64,
     ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
-        let Self {
-            piece,
-            safety,
-            conduct,
-            ..
-        } = self;
-        let operator: Operator<F> = self.operator(samples)?;
-        let (stiffness, dissipation) = piece.spring_and_damper();
-        let too_much = |error| {
-            let advice = format_args!("change the sizes of the piece or {TISSUE}");
-            Failure::input_with_advice(error, advice)
-        };
-        let tissue = SpringDamper::new(stiffness, dissipation, operator).map_err(too_much)?;
-        let map = piece.specimen.depth_map();
-        let map = map.map(|map| map.rounded()).transpose().map_err(too_much)?;
-        let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
-        let environment = environment.with_depth_map(map);
+        let (safety, conduct) = (&self.safety, &self.conduct);
+        let tissue = self.tissue(samples)?;
         let t = self.actuator.sample_time;
         let chain = match &conduct.remote {
             None => safe_chain(
@@ -429,35 +374,20 @@ impl Indentation {
                 chain(&limits, t, safety, conduct.at_port())?
             }
         };
-        Ok(Controller::new(environment, chain))
+        Ok(Controller::new(tissue, chain))
     }
 
     fn rig_behind_sensors(&self, samples: u64) -> Result<Sensed<SimulatedRig>, Failure> {
-        let config = self.rig();
         let rig = match &self.drive {
-            None => match self.load {
-                RigDrive::Force(push) if self.is_ideal() => {
-                    SimulatedRig::Ideal(Box::new(self.massless(push, samples)?))
-                }
-                RigDrive::Position(_) | RigDrive::Force(_) => {
-                    let rig = IndentationRig::new(config).map_err(Failure::input)?;
-                    SimulatedRig::Plain(Box::new(rig))
-                }
-            },
+            None => self.free_rig(samples)?,
             Some(drive) => {
                 self.drive_acts()?;
                 let holder = drive.holder(self.sample_time_s())?;
-                let rig = HeldRig::new(config, holder).map_err(Failure::input)?;
+                let rig = HeldRig::new(self.rig(), holder).map_err(Failure::input)?;
                 SimulatedRig::Held(Box::new(rig))
             }
         };
-        (self.sensors).and_force_before(rig, self.force_sensor, config.sample_time)
-    }
-
-    /// True for a push on the tissue alone.
-    fn is_ideal(&self) -> bool {
-        let pushes = matches!(self.load, RigDrive::Force(_));
-        pushes && self.contact == Contact::Ideal && self.conduct.remote.is_none()
+        (self.sensors).and_force_before(rig, self.force_sensor, self.actuator.sample_time)
     }
 
     /// Refuses a drive where nothing could be held by one.
@@ -497,11 +427,6 @@ impl Indentation {
         }
     }
 
-    fn force_and_rate(&self) -> SafetyLimits {
-        let rate = NewtonsPerSecond(self.force_rate_limit_n_per_s);
-        SafetyLimits::bare(Newtons(self.force_limit_n), rate)
-    }
-
     /// Limits of the chain of a device, without its guard.
     fn limits_there(&self) -> SafetyLimits {
         self.safety.on(self.force_and_rate(), true)
@@ -539,17 +464,11 @@ impl Indentation {
         }
     }
 
-    /// The operator for this number of samples.
-    fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
-        let t = self.actuator.sample_time;
-        self.piece.material.operator(self.scheme, t, samples)
-    }
-
     /// Tissue and drive for a device.
     fn law(&self, device: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
         let (stiffness, dissipation) = self.piece.spring_and_damper();
         let simulation = match self.load {
-            RigDrive::Position(profile) => indentation(
+            RigDrive::Position(profile) => indented(
                 self.contact == Contact::Compliant,
                 profile.depth().0,
                 profile.ramp_time().0,
@@ -623,159 +542,28 @@ impl Indentation {
     }
 }
 
-/// The safety chain, and the mass, damping, delay and lag of a device at a port as far as its own keys and its device file say them.
-fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), FileError> {
-    let mut safety = safety(table)?;
-    let model = device_model(table)?;
-    if let Some(model) = &model {
-        let on_rig = safety.on_rig(&model.guarded(), real);
-        safety = on_rig.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error))?;
-    }
-    let known = safety.guarded(GuardedDevice::default());
-    let known = known.mass_kg.zip(known.damping_n_s_per_m);
-    let dynamics = known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
-        mass_kg,
-        damping_n_s_per_m,
-        ..model.map_or(Dynamics::ideal(mass_kg, damping_n_s_per_m), |model| {
-            model.values.dynamics()
-        })
-    });
-    Ok((safety, dynamics))
-}
-
-/// Reads the keys that `[relax]` and `[creep]` share, with the table of a controller that holds the indenter; `load` reads the others.
-fn rendering(
+/// A trial, run as its table and that of a controller that holds the indenter say.
+fn conducted(
     table: &Table<'_>,
     held: Option<&Table<'_>>,
-    contact: &Parameter,
-    duration_s: f64,
-    load: impl FnOnce(&TissuePiece) -> Result<RigDrive, FileError>,
+    read: impl FnOnce(Option<LoopMode>) -> Result<IndentationTrial, FileError>,
 ) -> Result<Indentation, FileError> {
-    let remote = remote(table)?;
-    let sensors = sensors(table)?;
-    let force_sensor = force_sensor(table)?;
-    if remote.is_some() && force_sensor.is_some() {
-        let reason = format!(
-            "{} is of the simulated rig: omit it with a device, which has its own sensor or none",
-            p::SENSED_RANGE.key
-        );
-        return Err(table.fail_at(p::SENSED_RANGE.key, reason));
-    }
-    if remote.is_some() && !sensors.are_ideal() {
-        let reason = "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own";
-        return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason));
-    }
-    let precision = table.choice(&PRECISION)?;
-    let is_on_device = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
-    if is_on_device && precision == Precision::F64 {
-        let idle = &format!(
-            "in a loop on the device, which computes in f32: give {loop_host}",
-            loop_host = p::LOOP.set_to("host")
-        );
-        without(table, [&PRECISION], idle)?;
-    }
-    let (safety, dynamics) = guarded(table, remote.is_some())?;
-    let sample_time_s = table.number(&p::SAMPLE_TIME)?;
-    samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
-    let piece = changed(table, piece(table)?)?;
-    let (model, order) = (piece.material.composed(), piece.material.order());
-    let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
-    let load = load(&piece)?;
+    let conduct = Conduct::on(remote(table)?);
+    let trial = read(conduct.at_port())?;
     let drive = held.map(|held| {
-        let peak_n = predicted_peak_n(&piece, load);
-        drive::drive(held, remote.as_ref(), device_model(table)?, peak_n)
+        let model = device_model(table)?;
+        drive::drive(held, conduct.remote.as_ref(), model, trial.peak_n())
     });
     let against = table.file(&p::AGAINST)?.map(|record| {
-        let read = Measured::read(&record, &piece, load, duration_s);
+        let read = Measured::read(&record, &trial.piece, trial.load, trial.duration_s);
         read.map_err(|reason| table.fail_at(p::AGAINST.key, reason))
     });
     Ok(Indentation {
-        load,
-        against: against.transpose()?,
-        duration_s,
-        dynamics,
-        piece,
-        scheme,
-        precision,
-        contact: match table.choice(contact)? {
-            Contact::Ideal if !table.has(contact) && (remote.is_some() || held.is_some()) => {
-                Contact::Compliant
-            }
-            given @ (Contact::Compliant | Contact::Rigid | Contact::Ideal) => given,
-        },
-        actuator: MassDamperConfig::ideal(
-            Kilograms(table.number(&RIG_MASS)?),
-            NewtonSecondsPerMetre(table.number(&RIG_DAMPING)?),
-            Seconds(sample_time_s),
-        ),
         drive: drive.transpose()?,
-        sensors,
-        force_sensor,
-        force_limit_n: table.number(&p::FORCE_LIMIT)?,
-        force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,
-        safety,
-        conduct: Conduct::on(remote),
+        against: against.transpose()?,
+        trial,
+        conduct,
     })
-}
-
-/// The largest force of the piece, N: it relaxes from the end of the ramp on.
-fn predicted_peak_n(piece: &TissuePiece, load: RigDrive) -> f64 {
-    match load {
-        RigDrive::Position(way) => {
-            let ramp_s = way.ramp_time().0;
-            piece.relaxed(way.depth().0, ramp_s, &[ramp_s])[0]
-        }
-        RigDrive::Force(push) => push.0,
-    }
-}
-
-/// The piece with K, B and μ as far as they are given, instead of those of its tissue: E₀ = K/γ, η = B/γ.
-fn changed(table: &Table<'_>, piece: TissuePiece) -> Result<TissuePiece, FileError> {
-    let mut given = [None; 3];
-    for (number, parameter) in given.iter_mut().zip(CHANGES) {
-        *number = table.number_if(parameter)?;
-    }
-    let [stiffness, dissipation, order] = given;
-    let per_shape = |number: Option<f64>| number.map(|number| number / piece.shape_m());
-    let [is_given, is_sized] = [&given[..], &given[..2]].map(|of| of.iter().any(Option::is_some));
-    let refuse = |reason: String| {
-        let key = CHANGES.iter().rev().find(|key| table.has(key));
-        table.fail_at(key.map_or("", |key| key.key), reason)
-    };
-    if !is_given {
-        return Ok(piece);
-    }
-    if is_sized && !piece.is_linear() {
-        return Err(refuse(TissuePiece::NOT_LINEAR.to_owned()));
-    }
-    let elements = [per_shape(stiffness), per_shape(dissipation), order];
-    let tissue = piece.material.with_elements(elements).map_err(|error| {
-        let remedy = if matches!(error, MaterialError::Elements(..)) {
-            with_one_order(table)
-        } else if matches!(error, MaterialError::NoSpringPot(_)) {
-            format!(
-                "give {PIECE_DISSIPATION} and {PIECE_ORDER} together, or use the tissue spring-pot"
-            )
-        } else {
-            format!("change {PIECE_STIFFNESS} or {PIECE_DISSIPATION}")
-        };
-        refuse(format!("{error}: {remedy}"))
-    })?;
-    let material = ModelledTissue::new(tissue).map_err(|error| refuse(error.to_string()))?;
-    Ok(TissuePiece {
-        material: Box::new(material),
-        ..piece
-    })
-}
-
-/// The tissues of the library whose model has one order.
-fn with_one_order(table: &Table<'_>) -> String {
-    let folder = table.file(&p::LIBRARY).ok().flatten();
-    let library = Library::load(folder.as_deref());
-    let all = library.iter().flat_map(Library::materials);
-    let names = all.filter(|one| one.with_elements([None, None, Some(0.5)]).is_ok());
-    let names: Vec<&str> = names.map(|one| one.name.as_str()).collect();
-    format!("{} have one", names.join(", "))
 }
 
 /// `[relax]`, with the table of a controller that holds the indenter.
@@ -783,19 +571,8 @@ pub(crate) fn relax(
     table: &Table<'_>,
     drive: Option<&Table<'_>>,
 ) -> Result<Indentation, FileError> {
-    let duration_s = table.number(&RELAX_DURATION)?;
-    let ramp_time_s = table.number(&RAMP_TIME)?;
-    if ramp_time_s >= duration_s {
-        return Err(table.fail_at("ramp_time_s", format_args!(
-            "ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}: change {RAMP_TIME} too"
-        )));
-    }
-    rendering(table, drive, &CONTACT, duration_s, |piece| {
-        let thickness_m = piece.specimen.slab_sizes().map(|sizes| sizes.1.0);
-        let depth_m = either(table, piece, &STRAIN, thickness_m, &DEPTH)?;
-        fits(table, piece, depth_m)?;
-        let ramp = RampHold::new(Metres(depth_m), Seconds(ramp_time_s));
-        Ok(RigDrive::Position(ramp.map_err(|error| table.fail(error))?))
+    conducted(table, drive, |at_port| {
+        indentation::relax(table, at_port, drive.is_some())
     })
 }
 
@@ -804,40 +581,7 @@ pub(crate) fn creep(
     table: &Table<'_>,
     drive: Option<&Table<'_>>,
 ) -> Result<Indentation, FileError> {
-    let duration_s = table.number(&CREEP_DURATION)?;
-    rendering(table, drive, &CREEP_CONTACT, duration_s, |piece| {
-        let area_m2 = piece.specimen.slab_sizes().map(|sizes| sizes.0.0);
-        let push_n = either(table, piece, &STRESS, area_m2, &FORCE)?;
-        Ok(RigDrive::Force(Newtons(push_n)))
+    conducted(table, drive, |at_port| {
+        indentation::creep(table, at_port, drive.is_some())
     })
-}
-
-/// A strain or stress times a size of the slab, or the depth or force itself, which any other piece needs.
-fn either(
-    table: &Table<'_>,
-    piece: &TissuePiece,
-    share: &Parameter,
-    size: Option<f64>,
-    whole: &Parameter,
-) -> Result<f64, FileError> {
-    let given = table.number_if(whole)?;
-    if given.is_some() && table.has(share) {
-        return Err(table.fail_at(
-            share.key,
-            format_args!("{share} and {whole} are one and the same: omit one"),
-        ));
-    }
-    if let Some(given) = given {
-        return Ok(given);
-    }
-    match size {
-        Some(size) => Ok(table.number(share)? * size),
-        None => {
-            let kind = piece.specimen.loading().kind.name();
-            Err(table.fail_at(
-                p::LOADING.key,
-                format_args!("a {kind} has no {}: give {whole}", share.key),
-            ))
-        }
-    }
 }

@@ -21,7 +21,6 @@ use super::drive::{self, Drive, HostDrive, PressPath, Section};
 use super::kind::{Conduct, Experiment};
 use super::reading::{metadata, remote};
 use super::trial::no_law_there;
-use crate::experiment::rendering::DEPTH;
 use crate::judge::{Published, Report};
 use doubts::Open;
 use fracdiff::Scheme;
@@ -38,6 +37,7 @@ use haptic_document::parameters::{
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table, named, parameters, parameters as p};
 use haptic_judge::modelled_tissue::TissuePiece;
+use haptic_judge::rendering::DEPTH;
 use haptic_judge::tissue_table::{fits, piece};
 use haptic_judge::trial::force_and_rate;
 use haptic_link::LoopMode;

@@ -37,7 +37,6 @@ use haptic_link::{Architecture, HandSide};
 use haptic_loop::SafetyChain;
 use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-use haptic_run::conduct::SAMPLES;
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 use haptic_trial::Sensors;
 use haptic_trial::advice::parameter;
@@ -186,7 +185,7 @@ impl TeleoperationExperiment {
     /// Times and frequencies that fit each other.
     fn check_times(&self) -> Result<(), Failure> {
         let t = self.sample_time().0;
-        haptic_trial::samples::count(self.duration_s, t, &SAMPLES)?;
+        haptic_trial::samples::count(self.duration_s, t, &haptic_trial::samples::SAMPLES)?;
         let most = self.duration_s - HandMotion::RISE_S;
         let whole = (self.window_s / t - (self.window_s / t).round()).abs() < 1e-6;
         if !(self.window_s >= t && self.window_s <= most && whole) {

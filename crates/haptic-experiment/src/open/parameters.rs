@@ -1,10 +1,10 @@
 //! All parameters, of all kinds, the tables of each kind, and the names that a key may take.
 
 pub use crate::experiment::press::keys::*;
-pub use crate::experiment::rendering::keys::*;
 pub use crate::experiment::{BESIDE, DRIVE_TABLE, KINDS};
 pub use crate::question::QUESTIONS;
 pub use crate::question::calibration::{CALIBRATION, keys::*};
+pub use haptic_judge::rendering::keys::*;
 pub use haptic_trial::robot::ADMITTANCE as ADMITTANCE_TABLE;
 
 pub use haptic_document::parameters::*;
@@ -25,10 +25,9 @@ pub use haptic_trial::safety::keys::*;
 pub const AT_A_DEVICE: [&str; 2] = [MEASUREMENT, CALIBRATION];
 
 use crate::experiment::press::Protocol;
-use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
-use crate::{Precision, experiment, question};
+use crate::{experiment, question};
 use haptic_question::choices::{NamedChoice, names};
 use haptic_trial::plant_file::calibration::CALIBRATION_KEYS;
 
@@ -85,11 +84,9 @@ pub fn of_kind(kind: &str) -> Vec<KeyTable> {
 #[must_use]
 pub fn choices(parameter: &Parameter) -> Vec<NamedChoice> {
     match parameter.key {
-        "contact" if *parameter != WALL_CONTACT => names::<Contact>(),
         "hand" => names::<GripName>(),
         "environment" => names::<PlaceName>(),
         "protocol" => names::<Protocol>(),
-        "precision" => names::<Precision>(),
         "shape" => names::<ShapeName>(),
         _ => haptic_question::choices::choices(parameter),
     }

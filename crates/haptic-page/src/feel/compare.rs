@@ -1,15 +1,16 @@
-//! Compare: two walls under one handle, blind; which of the two is the stiffer?
+//! Compare: two walls or tissues under one handle, blind; which of the two is the stiffer?
 //! ```text
 //! each trial: wall 1 ─the handle leaves─▶ wall 2 ─▶ answer ─▶ a row of the table      B is 1 or 2: drawn from the seed
+//!               └ rating                    └ rating                                  if a scale was given
 //! ```
-//! - *A* is what was felt before, *B* that with a change. Both are judged before the first trial.
+//! - *A* is what was felt before, *B* that with a change, or another tissue. Both are judged before the first trial.
 //! - *A wall begins* with an empty memory, as soon as the handle is in front of it and free of force; until then the one before it is felt.
-//! - *The stiffer one* has the larger K, or the larger B of the same order if neither has a spring that differs.
+//! - *The stiffer one* is that at all speeds of a hand; if neither is, no answer is right, and those cells are empty.
 //! - *A row* is on the disk with its answer; the log has every tick.
 
 use crate::folder::next_folder;
 use fracdiff::Seconds;
-use haptic_answer::feel::FeelSettings;
+use haptic_answer::feel::{FeelSettings, FeltThing};
 use haptic_answer::request::CompareStart;
 use haptic_experiment::Failure;
 use haptic_experiment::live::{Finished, Recording, Ticked};
@@ -26,15 +27,18 @@ use std::path::Path;
 const TRIALS: Range = Range::Within(1.0, 1000.0);
 /// Columns of the table, as those of the guide's threshold.
 const COLUMNS: &str = "subject,trial,catch,difference,stiffer,answer,correct,log,answered_s,\
-                       first_tick,first_peak_n,first_deepest_m,second_tick,second_peak_n,second_deepest_m";
+                       first_tick,first_peak_n,first_deepest_m,second_tick,second_peak_n,second_deepest_m,\
+                       first_rating,second_rating";
 
 /// A comparison that goes on, or its result.
 #[derive(Debug)]
 pub(crate) struct Comparison {
     /// A and B.
     walls: [FeelSettings; 2],
-    /// Difference of B's stiffness over that of A.
-    difference: f64,
+    /// Difference of B's stiffness over that of A; `None` if neither is the stiffer one.
+    difference: Option<f64>,
+    /// Least and most of a rating.
+    scale: Option<[f64; 2]>,
     subject: String,
     /// True if B is the second wall, trial by trial.
     b_is_second: Vec<bool>,
@@ -42,6 +46,8 @@ pub(crate) struct Comparison {
     right: usize,
     /// Sums over each wall of this trial.
     felt: Vec<Tally>,
+    /// Their ratings.
+    ratings: Vec<f64>,
     /// The walls that were asked for so far.
     number: u64,
     /// Newest time of the loop, s.
@@ -52,22 +58,9 @@ pub(crate) struct Comparison {
     recording: Option<Recording>,
 }
 
-/// Stiffness of B over that of A, less 1.
-fn difference(a: &FeelSettings, b: &FeelSettings) -> Result<f64, Failure> {
-    let (of_a, of_b) = (a.gains(), b.gains());
-    let change = |of_a: f64, of_b: f64| {
-        let change = of_b / of_a - 1.0;
-        (change.is_finite() && change.abs() > 0.0).then_some(change)
-    };
-    let same = |of_a: f64, of_b: f64| of_a.total_cmp(&of_b).is_eq();
-    let alike = same(of_a.0, of_b.0) && same(a.law.order, b.law.order);
-    let springs = change(of_a.0, of_b.0);
-    let found = springs.or_else(|| change(of_a.1, of_b.1).filter(|_| alike));
-    found.ok_or_else(|| {
-        Failure::bad_input(
-            "neither wall is known to be stiffer, so no answer would be right: give `b` another stiffness or scale",
-        )
-    })
+/// What a cell of the table holds, nothing if there is no number.
+fn cell(number: Option<impl ToString>) -> String {
+    number.map_or_else(String::new, |number| number.to_string())
 }
 
 impl Comparison {
@@ -82,6 +75,7 @@ impl Comparison {
             trials,
             subject,
             seed,
+            rating_scale: scale,
             ..
         } = start;
         if !(TRIALS.contains(trials) && trials.fract() == 0.0) {
@@ -96,7 +90,14 @@ impl Comparison {
                 short(&subject)
             )));
         }
-        let difference = difference(&walls[0], &walls[1])?;
+        if let Some([least, most]) = scale
+            && !(least < most)
+        {
+            return Err(Failure::bad_input(format_args!(
+                "`rating_scale` = [{least}, {most}] does not rise: give its least and its most"
+            )));
+        }
+        let difference = walls[1].stiffer_by(&walls[0])?;
         let mut chance = Pcg32::seed_from_u64(seed.into());
         let b_is_second = (0..trials as usize).map(|_| chance.next_u32() >> 31 == 1);
         let (request, name) = next_folder(runs, "compare", provenance)?;
@@ -111,11 +112,13 @@ impl Comparison {
         Ok(Self {
             walls,
             difference,
+            scale,
             subject,
             b_is_second: b_is_second.collect(),
             trial: 0,
             right: 0,
             felt: Vec::new(),
+            ratings: Vec::new(),
             number: 0,
             time_s: 0.0,
             name,
@@ -156,14 +159,18 @@ impl Comparison {
                 "both walls were there: send `compare.answer`",
             ));
         }
-        self.touched()?;
+        self.judged()?;
         self.number += 1;
         self.felt.push(Tally::of(self.number, 0.0, None, t));
         let is_b = (wall == 1) == self.b_is_second[self.trial];
         let settings = self.walls[usize::from(is_b)].clone();
         let ((k, b), law) = (settings.gains(), &settings.law);
+        let tissue = match &settings.environment {
+            FeltThing::Tissue(name) => format!("tissue {name}, "),
+            FeltThing::Wall(_) | FeltThing::File(_) | FeltThing::Run(_) => String::new(),
+        };
         let text = format!(
-            "trial {}, wall {}: order {}, K {k} N/m, B {b} N·s^μ/m",
+            "trial {}, wall {}: {tissue}order {}, K {k} N/m, B {b} N·s^μ/m",
             self.trial,
             wall + 1,
             law.order
@@ -189,9 +196,49 @@ impl Comparison {
         }
     }
 
+    /// Refuses to go on before the newest wall was touched and, with a scale, rated.
+    fn judged(&self) -> Result<(), Failure> {
+        self.touched()?;
+        if self.scale.is_some() && self.ratings.len() < self.felt.len() {
+            return Err(Failure::bad_input(format_args!(
+                "wall {} was not rated yet: send `compare.rate`",
+                self.felt.len()
+            )));
+        }
+        Ok(())
+    }
+
+    /// Takes the rating of the newest wall.
+    pub(super) fn rate(&mut self, rating: f64) -> Result<(), Failure> {
+        let Some([least, most]) = self.scale else {
+            return Err(Failure::bad_input(
+                "this comparison asks for no ratings: give `compare.start` a `rating_scale`",
+            ));
+        };
+        self.touched()?;
+        let wall = self.felt.len();
+        if self.ratings.len() == wall {
+            return Err(Failure::bad_input(if wall == 0 {
+                "a rating before a wall was felt: send `compare.feel`"
+            } else {
+                "this wall has its rating: send `compare.feel` or `compare.answer`"
+            }));
+        }
+        if !(least..=most).contains(&rating) {
+            return Err(Failure::bad_input(format_args!(
+                "`rating` = {rating} is not in [{least}, {most}]: give one that is"
+            )));
+        }
+        let said = json!({"question": "rating", "rating": rating, "scale": [least, most]});
+        self.event("rating", said.to_string());
+        self.ratings.push(rating);
+        Ok(())
+    }
+
     /// The trial begins with its first wall again.
     pub(super) fn again(&mut self) {
         self.felt.clear();
+        self.ratings.clear();
     }
 
     /// Writes the row of this trial; true if it was the last.
@@ -206,31 +253,35 @@ impl Comparison {
                 "an answer before both walls were felt: send `compare.feel`",
             ));
         };
-        self.touched()?;
+        self.judged()?;
         self.event("answer", answer.to_string());
         let [first, second] = [first.summary(), second.summary()];
-        let b_is_stiffer = self.difference > 0.0;
-        let stiffer = 1 + u8::from(self.b_is_second[self.trial] == b_is_stiffer);
-        let is_right = answer == stiffer;
+        let is_second = self.b_is_second[self.trial];
+        let stiffer = (self.difference).map(|by| 1 + u8::from(is_second == (by > 0.0)));
+        let is_right = stiffer.map(|stiffer| answer == stiffer);
         let felt = |felt: FeltSummary| {
             let peak_n = felt.peak_force_n.unwrap_or(0.0);
             format!("{},{peak_n},{}", felt.tick, felt.deepest_m)
         };
+        let rated = |wall: usize| cell(self.ratings.get(wall));
         let log = self.name.rsplit('/').next().unwrap_or_default();
         let row = format!(
-            "{},{},0,{},{stiffer},{answer},{},{log}.mcap,{},{},{}",
+            "{},{},0,{},{},{answer},{},{log}.mcap,{},{},{},{},{}",
             self.subject,
             self.trial,
-            self.difference,
-            u8::from(is_right),
+            cell(self.difference),
+            cell(stiffer),
+            cell(is_right.map(u8::from)),
             second.time_s + second.duration_s,
             felt(first),
-            felt(second)
+            felt(second),
+            rated(0),
+            rated(1)
         );
         self.table.add(&row)?;
         self.trial += 1;
-        self.right += usize::from(is_right);
-        self.felt.clear();
+        self.right += usize::from(is_right == Some(true));
+        self.again();
         Ok(self.trial == self.b_is_second.len())
     }
 
@@ -248,7 +299,9 @@ impl Comparison {
             "trials": self.b_is_second.len(),
             "wall": self.felt.len(),
             "touched": self.touched().is_ok(),
-            "right": (!goes_on).then_some(self.right),
+            "rating_scale": self.scale,
+            "rated": self.ratings.len(),
+            "right": self.difference.filter(|_| !goes_on).map(|_| self.right),
             "table": format!("{}.csv", self.name),
         })
     }

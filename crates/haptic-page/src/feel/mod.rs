@@ -140,6 +140,7 @@ impl Feel {
             return Err(Failure::bad_input(COMPARES));
         }
         let next = next.judged()?;
+        self.felt().settings.proves_change(&next.settings)?;
         let mut past = Vec::new();
         let remembers_from = self.orders.counts.remembers_from.load(Ordering::Relaxed);
         let pyramid = &self.place.kept.pyramid;
@@ -205,6 +206,10 @@ impl Feel {
             ..settings.law()?.into()
         };
         (self.orders).give(LoopOrder::Begin(Box::new(stimulus), 0.0))
+    }
+
+    pub(crate) fn compare_rate(&self, rating: f64) -> Result<(), Failure> {
+        self.with_comparison(|comparison| comparison.rate(rating))
     }
 
     pub(crate) fn compare_answer(&self, stiffer: u8) -> Result<(), Failure> {

@@ -1,9 +1,9 @@
 //! An experiment from a form: it becomes a document, so the same reader checks it.
 
-use super::channels::Channels;
 use super::form::{document, simulated};
 use super::going::{Drawn, Finished, Work};
 use crate::folder::next_folder;
+use haptic_answer::channels::Channels;
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::{ExperimentFile, Failure};
 use haptic_judge::curves::{Curves, Drawing};

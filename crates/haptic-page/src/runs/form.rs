@@ -1,9 +1,9 @@
 //! Forms of the experiments, from the tables of their parameters; the document that one stands for, and what may be run from a page.
 
-use haptic_answer::form::{Files, parameter};
+use haptic_answer::form::{Files, parameter, suggested};
 use haptic_document::Document;
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::{self, KINDS, Parameter, QUESTIONS, choices, of_kind};
+use haptic_experiment::parameters::{self, KINDS, QUESTIONS, choices, of_kind};
 use haptic_quantity::short;
 use haptic_run::read_document;
 use serde_json::{Map, Value, json};
@@ -63,22 +63,6 @@ pub(super) fn simulated(is_simulated: bool) -> Result<(), Failure> {
 
 pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.into_iter().chain(QUESTIONS)
-}
-
-/// Initial values of fields that are sent unless they are emptied, with which the form runs: those of `experiments/` in the repository.
-const SUGGESTED: &[(&str, &str, f64)] = &[
-    ("wall", "order", 0.5),
-    ("wall", "stiffness_n_per_m", 3000.0),
-    ("wall", "dissipation_n_s_mu_per_m", 100.0),
-    ("coupler", "order", 1.0),
-    ("coupler", "coupler_damping_n_s_per_m", 2.0),
-    ("coupler", "coupler_spring_n_s_1_minus_mu_per_m", 1000.0),
-];
-
-fn suggested(form: &str, given: &Parameter) -> Option<f64> {
-    let mut known = SUGGESTED.iter();
-    let known = known.find(|known| (known.0, known.1) == (form, given.key));
-    known.map(|known| known.2)
 }
 
 /// The forms of the experiments.

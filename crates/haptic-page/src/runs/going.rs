@@ -1,8 +1,8 @@
 //! The run in progress: its thread, its samples for those who watch, its end.
 
-use super::channels::Channels;
-use super::opened::{push, pyramid};
+use super::opened::push;
 use crate::Announce;
+use haptic_answer::channels::Channels;
 use haptic_answer::pyramid::Pyramid;
 use haptic_experiment::Failure;
 use haptic_experiment::live::locked;
@@ -107,7 +107,7 @@ impl Live for Watcher {
 impl Watched {
     fn of(drawn: Drawn, samples: u64) -> Self {
         Self {
-            pyramid: Arc::new(Mutex::new(pyramid(&drawn.channels, samples))),
+            pyramid: Arc::new(Mutex::new(drawn.channels.pyramid(samples))),
             drawn,
         }
     }

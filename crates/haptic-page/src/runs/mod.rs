@@ -6,7 +6,6 @@
 //! ```
 //! A log is named by its path in the folder, without `.mcap`; only what the folder holds has a name.
 
-mod channels;
 mod experiment;
 mod form;
 mod going;
@@ -14,14 +13,12 @@ mod list;
 mod opened;
 mod question;
 
-pub(crate) use channels::places;
 pub(crate) use form::{FILES, forms};
 pub(crate) use opened::Table;
-pub(crate) use question::of_file;
 
 use crate::Announce;
-use channels::Channels;
 use going::{Going, Watched, Work};
+use haptic_answer::channels::Channels;
 use haptic_answer::pyramid::{Pyramid, ViewColumns, ViewSpan};
 use haptic_answer::request::TableRequest;
 use haptic_document::Document;

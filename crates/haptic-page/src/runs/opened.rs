@@ -1,23 +1,17 @@
 //! A log that is looked into: its samples as a pyramid, and what it says of itself.
 
-use super::channels::{Channels, places};
 use super::list::Seen;
-use haptic_answer::pyramid::{Pyramid, PyramidSize};
+use haptic_answer::channels::{Channels, places};
+use haptic_answer::pyramid::Pyramid;
 use haptic_answer::request::TableRequest;
 use haptic_experiment::Failure;
 use haptic_log::record::{Entry, LogFiles, LogSummary, inspect};
 use haptic_message::TickMessage;
 use serde_json::{Value, json};
 use std::cmp::Ordering;
-use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Numbers of a pyramid that are kept one by one, and those of each of its coarser levels: half a million samples of one axis.
-const NUMBERS: usize = 1 << 22;
-const COARSE_NUMBERS: usize = 1 << 20;
-/// Levels above: the last has 65 536 samples in an entry, enough for eight billion.
-const COARSER: u32 = 8;
 /// Most ticks that may be missing in one place; a log with more is not drawn.
 const GAP_MOST: u64 = 100_000_000;
 
@@ -29,21 +23,6 @@ pub(super) struct Opened {
     pub(super) channels: Channels,
     pub(super) sample_time_s: f64,
     summary: LogSummary,
-}
-
-/// A pyramid for `samples` samples, no larger than it has to be.
-pub(super) fn pyramid(channels: &Channels, samples: u64) -> Pyramid {
-    let up_to = |numbers: usize, wanted: u64| {
-        let most = numbers / channels.count();
-        usize::try_from(wanted).unwrap_or(most).clamp(1, most)
-    };
-    Pyramid::new(PyramidSize {
-        channels: channels.count(),
-        follows: channels.followed().as_slice(),
-        samples: up_to(NUMBERS, samples),
-        entries: up_to(COARSE_NUMBERS, samples.div_ceil(4)),
-        coarser: COARSER,
-    })
 }
 
 /// Puts a tick where its number says; missing ones are no numbers.
@@ -63,8 +42,7 @@ pub(super) fn push(
     for _ in 0..missing {
         pyramid.push(&[]);
     }
-    let row: Vec<f32> = channels.numbers(tick).map(|number| number as f32).collect();
-    pyramid.push(&row);
+    pyramid.push(&channels.row(tick));
     Ok(())
 }
 
@@ -82,7 +60,7 @@ impl Opened {
                 let channels = Channels::of(tick.axes());
                 let samples = summary.samples.saturating_add(summary.missing_samples);
                 ticks = (tick.tick, tick.tick);
-                let pyramid = pyramid(&channels, samples);
+                let pyramid = channels.pyramid(samples);
                 (channels, pyramid)
             });
             ticks.1 = tick.tick;
@@ -163,7 +141,7 @@ impl Table {
             log,
             places: places(&request.channels, &channels.names())?,
             channels,
-            header: format!("time_s,{}\n", request.channels.join(",")),
+            header: Channels::head(&request.channels),
             span_s: from_s..=to_s,
         })
     }
@@ -171,21 +149,12 @@ impl Table {
     /// Reads the log and gives the table in pieces, until it is at an end or a piece is not taken. Every number has all of its digits.
     pub(crate) fn pieces(&self, mut take: impl FnMut(Vec<u8>) -> bool) -> Result<(), Failure> {
         let mut piece = self.header.clone();
-        let mut numbers = Vec::new();
         for entry in LogFiles::open(&self.log)? {
             let Entry::Tick(tick) = entry? else { continue };
-            let time_s = tick.time_s;
-            if !self.span_s.contains(&time_s) {
+            if !self.span_s.contains(&tick.time_s) {
                 continue;
             }
-            numbers.clear();
-            numbers.extend(self.channels.numbers(&tick));
-            // Writing to a string cannot fail.
-            let _ = write!(piece, "{time_s}");
-            for &place in &self.places {
-                let _ = write!(piece, ",{}", numbers.get(place).unwrap_or(&f64::NAN));
-            }
-            piece.push('\n');
+            self.channels.line(&mut piece, &tick, &self.places);
             if piece.len() >= PIECE && !take(std::mem::take(&mut piece).into_bytes()) {
                 return Ok(());
             }

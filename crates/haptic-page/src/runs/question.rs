@@ -9,6 +9,7 @@ use super::form::{document, simulated};
 use super::going::{Attendant, Finished, Work};
 use super::list::ANSWER;
 use crate::folder::next_folder;
+use haptic_answer::dropped::of_file;
 use haptic_experiment::Failure;
 use haptic_experiment::question::Question;
 use haptic_run::{OutputFolder, write_text};
@@ -86,30 +87,4 @@ fn written(
         verdict: Some(verdict),
         ended_early,
     })
-}
-
-/// The experiment of a file as the page has it: kind, text, and the parameters of its form.
-pub(crate) fn of_file(text: &str) -> Value {
-    let table: toml::Table = toml::from_str(text).unwrap_or_default();
-    let Some((kind, parameters)) = table.into_iter().next() else {
-        return Value::Null;
-    };
-    json!({"kind": kind, "text": text, "parameters": parameters})
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_file_of_a_proposal_is_a_form_too() {
-        let text = "# A comment.\n[wall]\nmass_kg = 0.065\nscheme = \"full\"\none_sided = false\n";
-        let shown = of_file(text);
-        assert_eq!(
-            (&shown["kind"], &shown["text"]),
-            (&json!("wall"), &json!(text))
-        );
-        assert_eq!(shown["parameters"]["mass_kg"], 0.065);
-        assert_eq!(of_file("no file"), Value::Null);
-    }
 }

@@ -4,7 +4,8 @@ use super::hub::{Hub, blocking};
 use super::page::{Outgoing, Page};
 use super::panels::Turn;
 use crate::dropped::{keep_tissue, looked_at};
-use crate::runs::{forms, places};
+use crate::runs::forms;
+use haptic_answer::channels::places;
 use haptic_answer::feel::{CHANNELS, felt};
 use haptic_answer::hello::Known;
 use haptic_answer::live::{ShownLoop, frame};
@@ -57,6 +58,10 @@ pub(super) async fn answer(
         PageRequest::CompareFeel {} => {
             let feel = hub.felt()?;
             json!(blocking(move || feel.compare_next()).await?)
+        }
+        PageRequest::CompareRate { rating } => {
+            let feel = hub.felt()?;
+            json!(blocking(move || feel.compare_rate(rating)).await?)
         }
         PageRequest::CompareAnswer { stiffer } => {
             let feel = hub.felt()?;

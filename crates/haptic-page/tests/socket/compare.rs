@@ -162,11 +162,9 @@ fn what_is_no_comparison_is_refused_and_a_stop_begins_the_trial_anew() {
             json!({"subject": "a name"}),
             "`subject` = a name is not a code",
         ),
-        (json!({"b": {}}), "neither wall is known to be stiffer"),
-        (
-            json!({"b": {"order": 0.5}}),
-            "neither wall is known to be stiffer",
-        ),
+        (json!({"b": {}}), "both are the same"),
+        (json!({"b": {"order": 0.5}}), "both are the same"),
+        (json!({"rating_scale": [5, 5]}), "does not rise"),
         (json!({"b": {"stiffness_n_per_m": 1e7}}), "unstable"),
     ] {
         let mut asked = compared(1, 2);
@@ -178,4 +176,49 @@ fn what_is_no_comparison_is_refused_and_a_stop_begins_the_trial_anew() {
     // No folder is left of what was refused.
     let folders = std::fs::read_dir(runs.path()).expect("the runs").count();
     assert_eq!(folders, 1);
+}
+
+#[test]
+fn tissues_are_compared_too_and_each_is_rated_before_anything_else() {
+    let (runs, _server, mut page) = opened();
+    let tissue = |name: &str| json!({"environment": {"tissue": name}});
+    page.ask("feel.start", tissue("prostate-cancerous"));
+    page.ask(
+        "compare.start",
+        json!({"b": tissue("liver"), "trials": 1, "subject": "p07", "seed": 2, "rating_scale": [0, 10]}),
+    );
+    let rated = |rating: f64| json!({"rating": rating});
+    page.refuses("compare.rate", rated(3.0), "before a wall was felt");
+    press(&mut page, 0, 1);
+    page.refuses("compare.feel", json!({}), "wall 1 was not rated yet");
+    page.refuses("compare.rate", rated(11.0), "not in [0, 10]");
+    page.ask("compare.rate", rated(3.0));
+    page.refuses("compare.rate", rated(4.0), "has its rating");
+    press(&mut page, 0, 2);
+    page.refuses(
+        "compare.answer",
+        json!({"stiffer": 1}),
+        "wall 2 was not rated yet",
+    );
+    page.ask("compare.rate", rated(7.5));
+    page.ask("compare.answer", json!({"stiffer": 1}));
+    let ended = page.status(|status| status["compare"]["running"] == false)["compare"].take();
+    let row = rows(runs.path(), &ended).remove(0);
+    has(&row, json!({"first_rating": 3.0, "second_rating": 7.5}));
+    // The stiffer tissue is pressed in less by more.
+    let stiffness = |wall: &str| {
+        let number = |key: &str| row[format!("{wall}_{key}")].as_f64().expect("a number");
+        number("peak_n") / number("deepest_m")
+    };
+    let is_first = stiffness("first") > stiffness("second");
+    has(&row, json!({"stiffer": if is_first { 1.0 } else { 2.0 }}));
+    let opened = page.ask("runs.open", json!({"name": "compare-0001/compare"}));
+    let events = opened["events"].as_array().expect("events");
+    let kinds: Vec<_> = events.iter().map(|event| event["kind"].as_str()).collect();
+    let all = ["feel", "rating", "feel", "rating", "answer"];
+    assert_eq!(kinds, all.map(Some));
+    let of_liver = |at: usize| events[at]["text"].to_string().contains("tissue liver");
+    // Liver is B, the difference that of B.
+    let is_b_first = is_first == (row["difference"].as_f64() > Some(0.0));
+    assert_eq!([of_liver(0), of_liver(2)], [is_b_first, !is_b_first]);
 }

@@ -1,16 +1,17 @@
 //! A controller holds the indenter: how close it keeps to its way, the tissue judged over the motion that was made, the verdict before.
 
-use super::{Drive, DriveJudge, SimulatedRig};
+use super::{Drive, DriveJudge};
 use crate::ExperimentFile;
 use crate::experiment::bounded_tests::{conducted, defaults};
 use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::Experiment as _;
-use crate::experiment::rendering::Contact;
 use crate::judge::Report;
 use fracdiff::Seconds;
 use fractional_control::{ControllerSetup, PidParameters};
 use haptic_document::Failure;
 use haptic_judge::modelled_tissue::ModelledTissue;
+use haptic_judge::rendering::Contact;
+use haptic_judge::simulated_rig::SimulatedRig;
 use haptic_loop::Device;
 use haptic_loop::plant::{HeldRig, RampHold, RigConfig, RigContact, RigDrive};
 use haptic_loop::units::{Metres, Newtons};
@@ -61,12 +62,10 @@ fn held(tissue: &str, drive: Drive, ramp_time_s: f64, duration_s: f64) -> Indent
     let library = haptic_tissue::Library::load(None).expect("the built-in one");
     let tissue = ModelledTissue::new(library.find(tissue).expect("known")).expect("a model");
     let ramp = RampHold::new(Metres(1e-3), Seconds(ramp_time_s)).expect("a ramp");
-    Indentation {
-        drive: Some(drive),
-        load: RigDrive::Position(ramp),
-        duration_s,
-        ..defaults(tissue)
-    }
+    let mut held = defaults(tissue);
+    held.drive = Some(drive);
+    (held.load, held.duration_s) = (RigDrive::Position(ramp), duration_s);
+    held
 }
 
 /// 5 % of the cancerous prostate in 0.5 s.
@@ -207,10 +206,8 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
         integral_order: 0.9,
         ..PidParameters::NONE
     };
-    let creep = Indentation {
-        load: RigDrive::Force(Newtons(0.04)),
-        ..held("prostate-healthy", drive(gains), 1.0, 3.0)
-    };
+    let mut creep = held("prostate-healthy", drive(gains), 1.0, 3.0);
+    creep.load = RigDrive::Force(Newtons(0.04));
     let verdict = (creep.drive_verdict(3001).expect("judged")).expect("a drive");
     assert!(verdict.free.is_none() && verdict.stable(), "{verdict:?}");
     // The tissue has no spring of its own; what holds it in the judgement is named.

@@ -2,10 +2,9 @@
 
 use super::Indentation;
 use crate::experiment::drive::{
-    DriveJudge, DriveReport, DriveSamples, Massless, SecondReport, drive_columns, tell,
+    DriveJudge, DriveReport, DriveSamples, SecondReport, drive_columns, tell,
 };
 use crate::experiment::kind::Experiment as _;
-use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
 use crate::judge::against::Comparison;
 use crate::judge::beginning::Beginning;
 use crate::judge::origin;
@@ -17,9 +16,9 @@ use haptic_document::{Failure, rows};
 use haptic_judge::compared::{LargestError, percent, relative_error};
 use haptic_judge::curves::{self, Curves, Drawing};
 use haptic_judge::decimated::Decimated;
-use haptic_judge::modelled_tissue::Sampled;
 use haptic_judge::reference::ReferenceWeights;
 use haptic_judge::reference::{ReferenceSeries, TOLERANCE};
+use haptic_judge::rendering::{DEPTH, FORCE, STRESS};
 use haptic_judge::sensed::SensedForce;
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::Newtons;
@@ -592,24 +591,6 @@ impl Indentation {
                 with_rig: value,
             }
         }))
-    }
-
-    /// The tissue alone under a push, for `samples` samples.
-    pub(super) fn massless(&self, push: Newtons, samples: u64) -> Result<Massless, Failure> {
-        Ok(Massless::new(
-            self.sampled(samples)?,
-            self.piece.specimen.depth_map(),
-            push.0,
-            self.actuator.sample_time,
-        ))
-    }
-
-    /// The piece tick by tick with all of its past, from e(δ) to force.
-    fn sampled(&self, samples: u64) -> Result<Sampled, Failure> {
-        let piece = &self.piece;
-        let t = self.actuator.sample_time;
-        let reference = ReferenceWeights::of(self.scheme);
-        (piece.material).sampled(piece.shape_m(), reference, t, samples)
     }
 
     /// The force that the specimen opposes to an indentation, by the full history of it, N.

@@ -2,12 +2,12 @@
 
 use super::Indentation;
 use crate::experiment::bounded_tests::defaults;
-use crate::experiment::rendering::{Contact, Precision};
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_document::Document;
 use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use haptic_judge::preflight::{Preflight, WallContact};
+use haptic_judge::rendering::{Contact, Precision};
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Loading, LoadingKind};
@@ -143,11 +143,8 @@ fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() {
         });
         assert!(reached.expect("valid") && worst > 0.0);
         assert!(worst < 1e-4, "{loading:?} {stiffening}: {worst:e}");
-        let mut creep = Indentation {
-            load: RigDrive::Force(Newtons(1.0)),
-            duration_s: 5.0,
-            ..relaxation
-        };
+        let mut creep = relaxation;
+        (creep.load, creep.duration_s) = (RigDrive::Force(Newtons(1.0)), 5.0);
         creep.contact = Contact::Ideal;
         let mut closed = piece.creep(1.0, Seconds(1e-3));
         let mut worst = 0.0;
@@ -229,13 +226,9 @@ fn creep_of_each_model_is_its_closed_form() {
         .into_iter()
         .filter(|(name, _)| !is_kelvin(name));
     for (name, model) in soft.chain(stiff) {
-        let creep = Indentation {
-            force_limit_n: 1e5,
-            force_rate_limit_n_per_s: 1e9,
-            load: RigDrive::Force(Newtons(0.04)),
-            duration_s: 20.0,
-            ..defaults(tissue(model))
-        };
+        let mut creep = defaults(tissue(model));
+        (creep.force_limit_n, creep.force_rate_limit_n_per_s) = (1e5, 1e9);
+        (creep.load, creep.duration_s) = (RigDrive::Force(Newtons(0.04)), 20.0);
         let mut worst = 0.0;
         let mut sink = |sample: &haptic_message::TickMessage| {
             if sample.time_s >= 5.0 && sample.tick.is_multiple_of(100) {

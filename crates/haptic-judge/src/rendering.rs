@@ -4,14 +4,16 @@ use haptic_document::parameters::range::{
     DAMPINGS, DISSIPATIONS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, SHARES,
     STIFFNESSES, STRAINS, STRESSES,
 };
-use haptic_document::parameters::{Parameter, joined};
+use haptic_document::parameters::{KeyTable, ON_DEVICE, Parameter, joined};
 use haptic_document::{named, parameters, parameters as p};
+use haptic_trial::safety::keys::SAFETY;
 use serde::Serialize;
 
 parameters! {
-    pub(crate) mod keys;
+    pub mod keys;
     /// Depth of a relaxation, m.
     DEPTH = optional("depth_m", REACHES_ABOVE_0, "Depth to hold, instead of a strain");
+    /// Strain of a relaxation.
     STRAIN = number("strain", 0.05, "5%", STRAINS, "Strain to hold");
     /// Ramp of a relaxation, s.
     RAMP_TIME = number("ramp_time_s", 1.0, "1s", DURATIONS, "Time to reach it");
@@ -36,22 +38,23 @@ parameters! {
     PIECE_ORDER = optional("order", SHARES, "Order of the spring-pot instead of its own: 0 spring, 1 damper");
     /// Mass of each of the two actuators of the rig, kg.
     RIG_MASS = number("rig_mass_kg", 0.065, "65g", MASSES, "Mass of each of the rig's two actuators");
+    /// Damping of each of the two actuators of the rig, N·s/m.
     RIG_DAMPING = number("rig_damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of each actuator");
     /// Number type of the loop.
     PRECISION = text("precision", "f64", "Number type of the loop");
 }
 
 /// Keys of `[relax]`, beside [`RENDERING`].
-pub(crate) const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATION, p::CONTACT];
+pub const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATION, p::CONTACT];
 
 /// Keys of `[creep]`, beside [`RENDERING`].
-pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CONTACT];
+pub const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CONTACT];
 
 /// Keys that replace numbers of the piece's tissue: K, B and μ.
-pub(crate) const CHANGES: &[Parameter] = &[PIECE_STIFFNESS, PIECE_DISSIPATION, PIECE_ORDER];
+pub const CHANGES: &[Parameter] = &[PIECE_STIFFNESS, PIECE_DISSIPATION, PIECE_ORDER];
 
 /// Keys of the rendering: those of the tissue, and how it is rendered.
-pub(crate) const RENDERING: &[Parameter] = &joined::<28>(&[
+pub const RENDERING: &[Parameter] = &joined::<28>(&[
     p::PIECE,
     CHANGES,
     &[p::SCHEME, PRECISION, p::SAMPLE_TIME, RIG_MASS, RIG_DAMPING],
@@ -66,10 +69,26 @@ pub(crate) const RENDERING: &[Parameter] = &joined::<28>(&[
     ],
 ]);
 
+/// The tables of `[relax]`, under their headings.
+pub const RELAX_TABLES: &[KeyTable] = &[
+    ("relaxation", RELAX),
+    ("rendering", RENDERING),
+    ("device", ON_DEVICE),
+    ("safety", SAFETY),
+];
+
+/// The tables of `[creep]`, likewise.
+pub const CREEP_TABLES: &[KeyTable] = &[
+    ("creep", CREEP),
+    ("rendering", RENDERING),
+    ("device", ON_DEVICE),
+    ("safety", SAFETY),
+];
+
 /// Contact of the indenter with the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Contact {
+pub enum Contact {
     /// A stiff, one-sided spring and damper between two masses, as on a real rig.
     Compliant,
     /// The indentation or the push is imposed exactly; a push still moves the renderer's mass.
