@@ -129,7 +129,8 @@ class Session:
         self._allowed.update({_key(wall): first + place for place, wall in enumerate(new)})
 
     def allow_between(self, first: Mapping[str, Any], second: Mapping[str, Any]) -> None:
-        """Proves all walls between two, free and in a hand, and all that is felt while one becomes another. Any of them may be felt then.
+        """Proves all walls between two stable, free and in a hand, and all that is felt while one becomes another; any of them may be felt
+        then. Passivity, in every hand there may be, is not proved.
 
         Between two walls lie their orders, stiffnesses and dissipations; between two tissues of one model the numbers of the model.
 

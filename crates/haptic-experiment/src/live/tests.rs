@@ -326,6 +326,11 @@ fn what_may_not_be_is_refused_in_a_line_and_without_a_force() {
         wrong
     };
     refused(session.allow(&[wrong()]).map(drop), "mass");
+    let mut controller = Document::new("wall");
+    let path = controller.set("wall", "controller", "pid.toml", "");
+    path.expect("once");
+    let controller = session.allow(&[controller]);
+    refused(controller.map(drop), "so no change could be proved");
     session.allow(&[law(0.5, 300.0, 5.0)]).expect("stable");
     let nowhere = session.feel(0, f64::NAN, None, 30.0, GOES_ON);
     refused(nowhere.map(drop), "surface");

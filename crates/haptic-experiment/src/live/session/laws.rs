@@ -4,6 +4,7 @@ use super::opening::{law_keys, wall};
 use super::{Allowed, Course, NOT_ALLOWED, Session};
 use crate::live::orders::locked;
 use haptic_analysis::Dynamics;
+use haptic_document::parameters::CONTROLLER;
 use haptic_document::{Document, Failure, Named as _};
 use haptic_judge::law_region::{LawRegion, prove_mix};
 use haptic_judge::wall::WallTrial;
@@ -35,6 +36,12 @@ impl Session {
             .given()
             .find(|given| law_keys().all(|key| key != *given))
         {
+            if other == CONTROLLER.key {
+                return Err(Failure::bad_input(format_args!(
+                    "{other} cannot be felt in a session: its memory follows the force that was sent, which no law has alone while two fade or \
+                     energy runs out, so no change could be proved; give a wall or a tissue, and judge a controller by [zwidth]"
+                )));
+            }
             let keys: Vec<&str> = law_keys().collect();
             return Err(Failure::bad_input(format_args!(
                 "{other} is not a key of a wall to feel: give some of {}",
@@ -91,7 +98,8 @@ impl Session {
         })
     }
 
-    /// Proves all laws between two, and all mixes of two of them, on this device, free and in a hand. Each may be felt then.
+    /// Proves all laws between two, and all mixes of two of them, stable on this device, free and in a hand. Each may be felt then. Passivity,
+    /// in every hand there may be, is proved neither here nor by [`allow`](Self::allow).
     ///
     /// # Errors
     /// Two that are not of one kind; a region that is not proved, with the largest part of it that is.
