@@ -1,7 +1,7 @@
 //! Values of the libraries as Python's, and back, by JSON: the names and units are those of the command's output.
 
 use crate::refused::OrRefused as _;
-use haptic_quantity::{did_you_mean, doubt, is_meant, parse_for_key};
+use haptic_quantity::{WrittenUnit, did_you_mean, doubt, is_meant, label, parse_for_key};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict as _;
@@ -32,6 +32,12 @@ pub(crate) fn to_python<'py>(
 pub(crate) fn lines<'py>(report: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let rows: serde_json::Value = from_python("report", report)?;
     to_python(report.py(), &haptic_experiment::lines(&rows))
+}
+
+/// The name of a key in words and the unit of its numbers: of `peak_force_n` `peak force` and `N`.
+#[pyfunction]
+pub(crate) fn name_and_unit(key: &str) -> (String, String) {
+    (label(key), WrittenUnit::of_key(key, 1.0).symbol)
 }
 
 /// The number in SI units of a text with a unit, or of a number, for a key among these that is named with its unit or without, or

@@ -36,7 +36,7 @@ mod _native {
     #[pymodule_export]
     use super::experiment::{answer, calibrate, experiment_parameters, run_experiment, table};
     #[pymodule_export]
-    use super::json::{lines, quantity};
+    use super::json::{lines, name_and_unit, quantity};
     #[pymodule_export]
     use super::log::read_log;
     #[pymodule_export]

@@ -113,14 +113,14 @@ def which(value: object) -> str:
     return f" ({known})" if known and type(value).__module__.startswith("fractional_haptics") else ""
 
 
-def needed(package: str) -> Any:
-    """A package that comes with an extra of the same name."""
+def needed(package: str, extra: str = "") -> Any:
+    """A package that comes with an extra, of the same name unless another one is given."""
     from importlib import import_module
 
     try:
         return import_module(package)
     except ImportError as error:
-        raise ImportError(f"{package} is missing: pip install 'fractional-haptics[{package}]'") from error
+        raise ImportError(f"{package} is missing: pip install 'fractional-haptics[{extra or package}]'") from error
 
 
 def _made_of(value: Any) -> dict[str, Any]:

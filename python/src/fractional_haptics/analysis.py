@@ -6,6 +6,7 @@ A *plant* is a `Device` (mass, damper, hand, delay, lag), a `LinearPlant` of any
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Coupler, LinearPlant, Port, Region
+from fractional_haptics._series import Series
 from fractional_haptics._values import HoldsArrays, Shown, needed, which
 
 if TYPE_CHECKING:
@@ -156,7 +158,7 @@ class SlopeLimit(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Felt(HoldsArrays, Shown):
+class Felt(HoldsArrays, Shown, Series):
     """The closed loop as a hand feels it."""
 
     omega_rad_s: NDArray[np.float64]
@@ -164,6 +166,9 @@ class Felt(HoldsArrays, Shown):
     """Effective stiffness; positive pushes back."""
     damping_n_s_per_m: NDArray[np.float64]
     """Effective damping; positive takes energy."""
+
+    def _series(self) -> Mapping[str, NDArray[np.float64]]:
+        return vars(self)
 
 
 @dataclass(frozen=True)

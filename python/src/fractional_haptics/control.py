@@ -17,6 +17,7 @@ import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Plant
+from fractional_haptics._series import Series, longest_rows
 from fractional_haptics._values import HoldsArrays, Shown, needed, which
 
 if TYPE_CHECKING:
@@ -258,7 +259,7 @@ def _limits(limits: tuple[float, float] | str | None) -> str:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Designed(HoldsArrays, Shown):
+class Designed(HoldsArrays, Shown, Series):
     """A controller by wishes, with the best PID of order 1 beside it."""
 
     report: Mapping[str, Any]
@@ -276,6 +277,9 @@ class Designed(HoldsArrays, Shown):
         """The controller, or the PID of order 1 beside it, at the sample time of the design; further arguments as in `Pid`."""
         gains = (self.report["integer"] if integer else self.report)["controller"]
         return Pid(self.report["sample_time_s"], **{**dict(zip(_GAINS, gains.values(), strict=True)), **arguments})
+
+    def _series(self) -> Mapping[str, NDArray[Any]]:
+        return longest_rows(self.report)
 
     def _shown(self) -> dict[str, Any]:
         return dict(self.report)
@@ -470,7 +474,7 @@ def analyze(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Response(HoldsArrays, Shown):
+class Response(HoldsArrays, Shown, Series):
     """A simulated loop."""
 
     report: Mapping[str, Any]
@@ -487,6 +491,9 @@ class Response(HoldsArrays, Shown):
     def t(self) -> NDArray[np.float64]:
         """Times of the samples, s."""
         return cast("NDArray[np.float64]", np.arange(len(self.measured)) * float(self.report["sample_time_s"]))
+
+    def _series(self) -> Mapping[str, NDArray[np.float64]]:
+        return {"time_s": self.t, "reference": self.reference, "measured": self.measured, "command": self.command}
 
     def _shown(self) -> dict[str, Any]:
         return dict(self.report)
@@ -572,7 +579,7 @@ def _sampled(reference: ArrayLike | str | os.PathLike[str], sample_time_s: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identified(HoldsArrays, Shown):
+class Identified(HoldsArrays, Shown, Series):
     """A plant that was found in a record, or in a frequency response."""
 
     report: Mapping[str, Any]
@@ -598,6 +605,11 @@ class Identified(HoldsArrays, Shown):
     def plant(self) -> Plant:
         """Function and dead time."""
         return Plant._from_function(self.function, self.report["delay_s"])
+
+    def _series(self) -> Mapping[str, NDArray[Any]]:
+        if np.iscomplexobj(self.y):
+            return {"omega_rad_s": self.t, "response": self.y, "model": self.model}
+        return {"time_s": self.t, "output": self.y, "model": self.model, "input": self.u}
 
     def _shown(self) -> dict[str, Any]:
         return dict(self.report)

@@ -24,11 +24,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from fractional_haptics import _native
-from fractional_haptics._values import HoldsArrays, Shown
+from fractional_haptics._series import Series, longest_rows
+from fractional_haptics._values import HoldsArrays, Shown, needed
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     import numpy as np
     import pandas
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
 __all__ = [
@@ -73,7 +77,7 @@ def _told(progress: Any) -> Progress | None:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(HoldsArrays, Shown):
+class Run(HoldsArrays, Shown, Series):
     """A finished run."""
 
     kind: str
@@ -96,11 +100,20 @@ class Run(HoldsArrays, Shown):
 
     def to_frame(self) -> pandas.DataFrame:
         """The columns as a pandas table, with the report in ``attrs``."""
-        import pandas
-
-        table = pandas.DataFrame(dict(self.columns))
+        table = needed("pandas", "log").DataFrame(dict(self.columns))
         table.attrs["report"] = dict(self.report)
-        return table
+        return cast("pandas.DataFrame", table)
+
+    def _series(self) -> Mapping[str, NDArray[np.float64]]:
+        return self.columns
+
+    def _drawn(self, plot: ModuleType, ax: Axes | None) -> Axes:
+        if self.kind == "relax" and "closed_form_force_n" in self.columns:
+            return plot.relaxation(self, ax)  # type: ignore[no-any-return]
+        # A closed form stands beside the column that it is of.
+        names = [name for name in self.columns if f"closed_form_{name.removeprefix('simulated_')}" in self.columns]
+        beside = [f"closed_form_{name.removeprefix('simulated_')}" for name in names]
+        return plot.columns(self, *names, *beside, ax=ax)  # type: ignore[no-any-return]
 
     def _shown(self) -> Mapping[str, Any]:
         return {"kind": self.kind, **self.report}
@@ -124,10 +137,15 @@ class RunFault(RuntimeError):
         return f"{report['ended_early']}: the run ended at {report['duration_s']:g} s"
 
 
-class Answer(dict[str, Any], Shown):
-    """The answer to a question: a dict, with the keys of ``host-cli --json``, that shows itself on one screen."""
+class Answer(dict[str, Any], Shown, Series):
+    """The answer to a question: a dict, with the keys of ``host-cli --json``, that shows itself on one screen.
+
+    Its columns are those of its longest list of rows, as the frequencies of ``analyze_transparency``."""
 
     __str__ = Shown.__str__
+
+    def _series(self) -> Mapping[str, NDArray[Any]]:
+        return longest_rows(self)
 
 
 def _tables(report: dict[str, Any]) -> list[dict[str, NDArray[np.float64]]]:

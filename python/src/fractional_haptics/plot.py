@@ -5,6 +5,7 @@ Every function draws into `ax` or into a new figure, and returns the axes.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +14,13 @@ import numpy as np
 from cycler import cycler
 
 from fractional_haptics._native import COLOURS, GRID, INK
+from fractional_haptics._series import columns_of, described
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
+    from fractional_haptics._series import Series
     from fractional_haptics.analysis import Region
     from fractional_haptics.experiment import Run
     from fractional_haptics.tissue import Identification
@@ -113,13 +116,13 @@ def relaxation(run: Run, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def columns(run: Run, *names: str, ax: Axes | None = None) -> Axes:
-    """Columns of a run of any kind over time.
+def columns(result: Series, *names: str, ax: Axes | None = None) -> Axes:
+    """Columns of any result over its time or frequency; `result.plot` calls it.
 
     Parameters
     ----------
-    run : Run
-        Of ``experiment``.
+    result : Run, Response, Felt, Answer, Table, …
+        What has a ``to_xarray``.
     names : str
         Its columns; none for the second one of the table, and all that share its unit.
     ax : Axes, optional
@@ -132,19 +135,30 @@ def columns(run: Run, *names: str, ax: Axes | None = None) -> Axes:
     Raises
     ------
     ValueError
-        A run without a table, as one that was cut short.
+        A result without columns, as a run that was cut short.
     KeyError
         A name that is none of its columns.
     """
-    known = [name for name in run.columns if name != "time_s"]
-    if not known or "time_s" not in run.columns:
-        raise ValueError(f"this run of {run.kind} has no table to draw: it was cut short")
-    unit = known[0].rpartition("_")[2]
+    table = columns_of(result)
+    axes = {name: described(result, name) for name in table}
+    along, *known = table
+    if unknown := [name for name in names if name not in table]:
+        raise KeyError(f"{unknown[0]!r} is none of the columns {', '.join(known)}")
+    unit = axes[names[0] if names else known[0]].get("units", "")
+    shown = names or [name for name in known if axes[name].get("units", "") == unit and table[name].dtype.kind in "fciu"]
     ax = _axes(ax)
-    for name in names or [name for name in known if name.rpartition("_")[2] == unit]:
-        ax.plot(run["time_s"], run[name], label=name)
-    ax.set(xlabel="time / s", title=run.kind)
-    ax.legend()
+    for name in shown:
+        label = axes[name]["long_name"] if axes[name].get("units", "") == unit else _named(axes[name])
+        values = np.abs(table[name]) if np.iscomplexobj(table[name]) else table[name]
+        ax.plot(table[along], values, label=label)
+    if axes[along].get("units") in ("rad/s", "Hz"):
+        ax.set_xscale("log")
+    # The words that all end with: of simulated and closed form force the force.
+    words = [axes[name]["long_name"].split()[::-1] for name in shown if axes[name].get("units", "") == unit]
+    common = {"long_name": " ".join(os.path.commonprefix(words)[::-1]), "units": unit}
+    ax.set(xlabel=_named(axes[along]), ylabel=_named(common), title=getattr(result, "kind", ""))
+    if len(shown) > 1:
+        ax.legend()
     return ax
 
 
@@ -244,12 +258,14 @@ def quantiles(
         ax.fill_between(x, *ends, color=colour, alpha=0.15 + 0.1 * low, linewidth=0, label=f"{label}, {between}" if label else between)
     if middle is not None:
         ax.plot(x, np.asarray(found[middle]), color=colour, marker=".", label=f"{label}, median" if label else "median")
-    ax.set(xlabel=_named(place), ylabel=_named(result))
+    ax.set(xlabel=_named({"long_name": place.name, **place.attrs}), ylabel=_named({"long_name": result.name, **result.attrs}))
     ax.legend()
     return ax
 
 
-def _named(array: xarray.DataArray) -> str:
+def _named(attributes: Mapping[str, Any]) -> str:
     """Name and unit of an axis."""
-    name, unit = str(array.attrs.get("long_name", array.name)), str(array.attrs.get("units", ""))
+    name, unit = str(attributes["long_name"]), str(attributes.get("units", ""))
+    if not name:
+        return unit
     return name if unit in ("", "1") else f"{name} / {unit if '/' not in unit else f'({unit})'}"

@@ -20,18 +20,22 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from fractional_haptics import _native
+from fractional_haptics._series import Series, along_rows
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = ["Table"]
 
-_UNITS = {"_n_per_m": "N/m", "_pa": "Pa", "_n": "N", "_m": "m", "_s": "s"}
 _README = """Trials are in sub-CODE/beh, a row each; every tick, force and mark is in sourcedata, in the logs that the rows name
 (MCAP: fractional_haptics.log.read_log, or any reader of MCAP). A code says nothing of who it is.
 """
 
 
-class Table:
+class Table(Series):
     """A row a trial of one subject in one task, each on disk once `append` returns. A second start goes on behind the last row."""
 
     file: Path
@@ -80,8 +84,7 @@ class Table:
     def _begin(self, task: str, columns: Mapping[str, str]) -> None:
         self.file.parent.mkdir(parents=True, exist_ok=True)
         described = {
-            column: {"Description": text}
-            | {"Units": unit for ending, unit in reversed(_UNITS.items()) if column.endswith(ending)}
+            column: {"Description": text} | ({"Units": unit} if (unit := _native.name_and_unit(column)[1]) else {})
             for column, text in columns.items()
         }
         participants = self._study / "participants.tsv"
@@ -120,6 +123,9 @@ class Table:
         with self.file.open("a", encoding="utf-8") as file:
             file.write("\t".join(row.values()) + "\n")
         self.rows.append(row)
+
+    def _series(self) -> Mapping[str, NDArray[Any]]:
+        return along_rows(self.rows)
 
 
 def _json(value: object) -> str:

@@ -15,12 +15,14 @@ import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Material, Model
+from fractional_haptics._series import Series
 from fractional_haptics._values import HoldsArrays, Shown
 
 if TYPE_CHECKING:
     import os
+    from types import ModuleType
 
-    import numpy as np
+    from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
@@ -186,7 +188,7 @@ class Fit(HoldsArrays, Shown):
 
 _COLUMNS = {
     "relaxation": ("time_s", "modulus_pa"),
-    "creep": ("time_s", "compliance"),
+    "creep": ("time_s", "compliance_per_pa"),
     "oscillation": ("angular_frequency_rad_s", "moduli_pa"),
     "record": ("time_s", "stress_pa"),
 }
@@ -194,7 +196,7 @@ _COLUMNS = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(HoldsArrays, Shown):
+class Identification(HoldsArrays, Shown, Series):
     """Models fitted to a record, the best first."""
 
     kind: str
@@ -219,10 +221,21 @@ class Identification(HoldsArrays, Shown):
         """The fit that was chosen."""
         return self.fits[0]
 
+    def _series(self) -> Mapping[str, NDArray[np.float64]]:
+        along, key = _COLUMNS[self.kind]
+        found = {key: self.measured} | {f"{fit.kind.replace('-', '_')}_{key}": fit.predicted for fit in self.fits}
+        if self.kind != "oscillation":
+            return {along: self.x, **found}
+        halves = {name.replace("moduli", f"{part}_modulus"): half for name, values in found.items()
+                  for part, half in zip(("storage", "loss"), np.split(values, 2), strict=True)}
+        return {along: self.x[: len(self.x) // 2], **halves}
+
+    def _drawn(self, plot: ModuleType, ax: Axes | None) -> Axes:
+        return plot.identification(self, ax)  # type: ignore[no-any-return]
+
     def _shown(self) -> dict[str, Any]:
         candidates = [{"model": fit.kind, "rms": fit.rms, "bic": fit.bic, "settled": fit.is_settled} for fit in self.fits]
         record = {"record": self.kind, **dict(zip(_COLUMNS[self.kind], (self.x, self.measured), strict=True))}
-        record["compliance_unit"] = "1/Pa"
         return {**record, **self.best._shown(), "candidates": candidates, "warnings": list(self.warnings)}
 
 
