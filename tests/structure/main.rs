@@ -289,6 +289,7 @@ fn a_sentence_is_written_once_and_its_keys_are_values() {
         let of_keys = [
             "haptic-document",
             "haptic-trial",
+            "haptic-measurement",
             "haptic-question",
             "haptic-run",
             "haptic-experiment",

@@ -55,7 +55,7 @@ pub(crate) fn tables(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
         "design" => vec![("design", design::DESIGN), ("bench", BENCH)],
         calibration::CALIBRATION => calibration::TABLES.to_vec(),
         _ => analysis::tables(kind)
-            .unwrap_or(&haptic_question::measurement::TABLES)
+            .unwrap_or(&haptic_measurement::TABLES)
             .to_vec(),
     }
 }

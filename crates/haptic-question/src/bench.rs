@@ -3,7 +3,7 @@
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::{SampledLoop, StableArea};
 use haptic_document::parameters::{
-    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME, SCHEME,
+    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, MASS, SAMPLE_TIME, SCHEME, SIMULATED,
 };
 use haptic_document::parameters::{Parameter, joined};
 use haptic_document::{Failure, FileError, Table};
@@ -15,12 +15,6 @@ use haptic_trial::{Imperfections, Sensors};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Keys of a simulated device.
-pub const SIMULATED: &[Parameter] = &joined::<10>(&[
-    &[DEVICE_MODEL, MASS, DAMPING, HAND_STIFFNESS],
-    LESS_THAN_IDEAL,
-]);
 
 /// The device of Z-width and design.
 pub const BENCH: &[Parameter] = &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);

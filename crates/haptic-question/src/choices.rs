@@ -1,7 +1,6 @@
 //! The names that a parameter may take.
 
 use crate::design::{DesignWish, RequireName};
-use crate::measurement::MeasuredAxis;
 use crate::tissue::{KIND, TISSUE_MODEL, models};
 use haptic_document::Named;
 use haptic_document::parameters::Parameter;
@@ -10,6 +9,7 @@ use haptic_judge::rendering::{Contact, Precision};
 use haptic_judge::settling::Criterion;
 use haptic_link::{Architecture, LoopMode};
 use haptic_loop::LoadingKind;
+use haptic_measurement::MeasuredAxis;
 use haptic_trial::GuardChoice;
 use haptic_trial::keys::trial::PushBy;
 use haptic_trial::keys::wall::WALL_CONTACT;

@@ -9,7 +9,6 @@ pub mod control_loop;
 pub mod controller;
 pub mod design;
 pub mod form;
-pub mod measurement;
 #[cfg(test)]
 mod one_table;
 pub mod plant;

@@ -3,7 +3,7 @@
 use super::range::Range;
 use crate::named;
 use crate::parameters;
-use crate::parameters::kind::{Parameter, Paths};
+use crate::parameters::kind::{Parameter, Paths, joined};
 use crate::parameters::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
     FORCES_ABOVE_0, HALF_ANGLES, MASSES, OFFSETS, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS,
@@ -189,3 +189,9 @@ pub const LESS_THAN_IDEAL: &[Parameter] = &[
     SENSOR_NOISE,
     SEED,
 ];
+
+/// Keys of a simulated device.
+pub const SIMULATED: &[Parameter] = &joined::<10>(&[
+    &[DEVICE_MODEL, MASS, DAMPING, HAND_STIFFNESS],
+    LESS_THAN_IDEAL,
+]);

@@ -8,12 +8,12 @@ pub use haptic_judge::rendering::keys::*;
 pub use haptic_trial::robot::ADMITTANCE as ADMITTANCE_TABLE;
 
 pub use haptic_document::parameters::*;
+pub use haptic_measurement::MEASUREMENT;
+pub use haptic_measurement::keys::*;
 pub use haptic_question::analysis;
 pub use haptic_question::control_loop::{CONTROL_LOOP, PLANT, REFERENCE};
 pub use haptic_question::controller::{CONTROL_DESIGN, CROSSOVER, NOT_FLAT, PHASE_MARGIN};
 pub use haptic_question::design::keys::*;
-pub use haptic_question::measurement::MEASUREMENT;
-pub use haptic_question::measurement::keys::*;
 pub use haptic_question::plant::keys::{PLANT_RECORD, VALIDATE};
 pub use haptic_question::tissue::RECORD;
 pub use haptic_question::zwidth::keys::*;
@@ -43,7 +43,7 @@ pub fn tables(file: &str) -> Vec<KeyTable> {
 }
 
 const QUESTION_TABLES: &[KeyTable] = &[
-    ("device measure", haptic_question::measurement::MEASURE),
+    ("device measure", haptic_measurement::MEASURE),
     ("device calibrate", question::calibration::CALIBRATE),
 ];
 

@@ -21,9 +21,7 @@ use haptic_document::parameters::DEVICE_MODEL;
 use haptic_document::parameters::Parameter;
 use haptic_document::parameters::range::Range;
 use haptic_document::{Failure, parameters};
-use haptic_question::measurement::{
-    MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
-};
+use haptic_measurement::{MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME};
 use std::sync::Arc;
 use std::sync::mpsc::{TryRecvError, channel};
 
@@ -47,10 +45,8 @@ pub(crate) const CALIBRATE: &[Parameter] = &[
 /// The question that checks a newton.
 pub const CALIBRATION: &str = "calibrate";
 
-pub(crate) const TABLES: [(&str, &[Parameter]); 2] = [
-    (CALIBRATION, CALIBRATE),
-    haptic_question::measurement::TABLES[2],
-];
+pub(crate) const TABLES: [(&str, &[Parameter]); 2] =
+    [(CALIBRATION, CALIBRATE), haptic_measurement::TABLES[2]];
 
 /// Acceleration of a mass that is weighed, m/s².
 pub const GRAVITY: f64 = 9.80665;

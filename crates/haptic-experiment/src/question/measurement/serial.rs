@@ -4,11 +4,9 @@ use haptic_document::Warn;
 use haptic_document::{Failure, Named as _};
 use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_question::measurement::drive::{DriveError, INTERRUPTED, drive};
-use haptic_question::measurement::robot::drive_robot;
-use haptic_question::measurement::{
-    HELD, MEASURE_AXIS, MeasurePlan, MeasuredAxis, MotionRecord, OwnLimits,
-};
+use haptic_measurement::drive::{DriveError, INTERRUPTED, drive};
+use haptic_measurement::robot::drive_robot;
+use haptic_measurement::{HELD, MEASURE_AXIS, MeasurePlan, MeasuredAxis, MotionRecord, OwnLimits};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
 use haptic_run::device::{at_link, at_port, firmware_version, refused_at_port};

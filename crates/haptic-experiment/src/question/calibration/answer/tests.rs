@@ -8,7 +8,7 @@ use fracdiff::Seconds;
 use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons};
 use haptic_loop::{Device, Reading, SafeForce};
-use haptic_question::measurement::drive::DriveError;
+use haptic_measurement::drive::DriveError;
 use nalgebra::Vector1;
 use std::convert::Infallible;
 use std::path::Path;

@@ -4,11 +4,11 @@
 
 mod random_devices;
 
-use crate::measurement::MeasuredAxis;
-use crate::measurement::drive::{DriveOutcome, Driven, drive, on_simulated};
-use crate::measurement::estimate::{MeasureError, Measured, device_model, estimate};
-use crate::measurement::response::{coherent, response};
-use crate::measurement::{
+use crate::MeasuredAxis;
+use crate::drive::{DriveOutcome, Driven, drive, on_simulated};
+use crate::estimate::{MeasureError, Measured, device_model, estimate};
+use crate::response::{coherent, response};
+use crate::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MEASURE_SPEED,
     MEASUREMENT, MeasurePlan, MotionRecord, OwnLimits, TABLES,
 };
@@ -318,7 +318,7 @@ fn the_frequency_response_is_that_of_the_device_and_its_coherence_tells_friction
     );
     // Rubbing follows the whole motion, so no line tells its own.
     let rubbing = lines(0.5);
-    let coherence = |lines: &[crate::measurement::response::ResponseLine]| {
+    let coherence = |lines: &[crate::response::ResponseLine]| {
         (lines.iter()).fold(1.0, |least, line| f64::min(least, line.coherence))
     };
     assert!(coherence(&rubbing) < coherence(&free) - 0.02, "{rubbing:?}");

@@ -15,8 +15,8 @@
 //! cov = Σ over K pieces of d_k·d_kᵀ,   d_k = (A − A_k)⁻¹·J_kᵀ·r_k,   A_k = J_kᵀ·J_k,   A = Σ A_k        or σ²·A⁻¹, where that is more
 //! ```
 
-use crate::measurement::drive::{DriveError, DriveOutcome};
-use crate::measurement::{MeasurePlan, MotionRecord};
+use crate::drive::{DriveError, DriveOutcome};
+use crate::{MeasurePlan, MotionRecord};
 use fracdiff::{Real, linear_motion};
 use haptic_document::{Failure, Interval};
 use haptic_link::MEASURING_DAMPING_N_S_PER_M;

@@ -1,18 +1,6 @@
-//! Mass, damping, friction, delay, current lag and sensors of a device at hand, from a motion that it makes by small safe forces.
-//!
-//! ```text
-//! m·x″ + b·x′ + k·x + F_c·sgn x′ = a + w        τ·a′ = u(t − D) − a        y = round((x + noise)/q)·q
-//! ```
-//! *Excitation* ([`MeasurePlan`]): at rest without force; slowly to the middle of its box; a slow ramp each way until the device moves, and
-//! back to the middle; then a multi-sine of at most [`MeasurePlan::SHARE`] of the force limit, inside the box, held there by a weak spring.
-//! The box is about the start, and within the device's own workspace. The safety chain has that share as its limit and the box as its
-//! workspace.
-//!
-//! *Estimation* ([`estimate`]): a pure function of the [`MotionRecord`], force applied and position read at each tick. The force is
-//! recorded, so the spring and every limiter may close the loop as they like. The model is the sampled device of
-//! [`haptic_loop::plant`], exact for a fraction of a sample of delay and for the lag.
-//! Least squares over short pieces of the motion, each with a state of its own at its start, so that what no model knows does not add up; from
-//! several lags, as there are several minima. If the residual is autocorrelated, friction is stepped more finely than samples.
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+#![warn(unreachable_pub)]
 
 pub mod drive;
 pub mod estimate;
@@ -22,8 +10,8 @@ pub mod robot;
 #[cfg(test)]
 mod tests;
 
-use crate::bench::SIMULATED;
 use haptic_document::parameters::Parameter;
+use haptic_document::parameters::SIMULATED;
 use haptic_document::parameters::range::Range;
 use haptic_document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
 use haptic_document::{FileError, Named, Table, parameters};

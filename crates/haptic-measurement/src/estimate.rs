@@ -8,11 +8,11 @@
 //! Smoothing both sides alike leaves the equation as it is, but for the sign. D′, half a sample of the hold, the delay and the lag together, is
 //! the one of a grid of half samples that leaves least. Velocities near zero are omitted. Then least squares over pieces from several lags.
 
-use crate::measurement::fit::{
+use crate::fit::{
     DELAY_MAX, Fit, Fitted, GOES_ON, Model, NO_LAG, Number, Replay, SIDES, Spread, State, goes_on,
     lag_of_square, square,
 };
-use crate::measurement::{
+use crate::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MotionRecord,
 };
 use haptic_document::{Interval, parameters as p};
@@ -745,7 +745,7 @@ pub fn device_model(found: &Measured) -> DeviceModel {
 
 #[cfg(test)]
 mod tests {
-    use crate::measurement::estimate::*;
+    use crate::estimate::*;
 
     #[test]
     fn steps_are_found_where_there_are_steps_alone() {

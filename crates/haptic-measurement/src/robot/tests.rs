@@ -3,7 +3,7 @@
 //! `CAMPAIGN_CASES` sets how many; 6 unless it is given, 500 at night.
 
 use super::*;
-use crate::measurement::OwnLimits;
+use crate::OwnLimits;
 use haptic_loop::plant::{RobotHand, RobotLoop, SimulatedRobot, SimulatedRobotConfig};
 use haptic_loop::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre,

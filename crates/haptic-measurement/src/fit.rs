@@ -19,7 +19,7 @@
 //! half an interval = max(2·√cov, √(ρ·Σr²·A⁻¹)),   ρ = Σ r_n·r_(n−1)/Σ r²   where that is above 0.05
 //! ```
 
-use crate::measurement::MotionRecord;
+use crate::MotionRecord;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{
     Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Seconds,
@@ -600,8 +600,8 @@ fn products(fitted: &Fitted, range: Range<usize>) -> DMatrix<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::measurement::fit::NUMBERS;
-    use crate::measurement::fit::*;
+    use crate::fit::NUMBERS;
+    use crate::fit::*;
     use testkit::Random;
 
     const PIECES: usize = 12;

@@ -3,8 +3,8 @@
 //! `CAMPAIGN_CASES` sets how many; 10 unless it is given, 500 at night.
 
 use super::measured;
-use crate::measurement::MeasurePlan;
-use crate::measurement::estimate::{Measured, MeasuredNumber, estimate};
+use crate::MeasurePlan;
+use crate::estimate::{Measured, MeasuredNumber, estimate};
 use fracdiff::Seconds;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons};

@@ -1,6 +1,6 @@
 //! The excitation on a device, through the safety chain, to its end or to whatever ends it.
 
-use crate::measurement::{HELD, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MotionRecord};
+use crate::{HELD, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MotionRecord};
 use haptic_document::Failure;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::Seconds;
