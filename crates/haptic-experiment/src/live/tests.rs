@@ -2,18 +2,14 @@
 
 mod sequences;
 
-use super::ticking::{Around, FeltController, Looping};
 use super::*;
-use fracdiff::{Order, Scheme};
+use fracdiff::Order;
 use haptic_document::{Document, Failure};
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{
-    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds as S,
-};
-use haptic_loop::{Controller, Environment as _, LoopSample, Pushing, SafetyChain, Wall};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Seconds as S};
+use haptic_loop::{Environment as _, Pushing};
 use haptic_message::TickMessage;
-use haptic_trial::in_hand::hand::HeldDevice;
 use nalgebra::Vector1;
 use std::path::Path;
 use std::sync::Arc;
@@ -21,29 +17,6 @@ use std::sync::atomic::AtomicBool;
 use testkit::{Folder, Random};
 
 const T: S = S(1e-3);
-const LIMIT_N: f64 = 3.0;
-
-fn felt(order: f64, k: f64, b: f64, surface_m: Option<f64>, place_m: f64) -> Felt {
-    let scheme: Scheme = "full".parse().expect("a scheme");
-    let order = Order::new(order).expect("valid");
-    let operator = scheme.build(order, T, HORIZON as f64).expect("made");
-    let wall = Wall::new(k, b, operator, surface_m.map(Metres)).expect("valid");
-    Placed::new(Pushing::new(wall, false), place_m)
-}
-
-fn any(random: &mut Random, place_m: f64) -> Felt {
-    let order = random.between(0.0, 1.0);
-    let (k, b) = (random.between(50.0, 600.0), random.between(0.5, 15.0));
-    let signed = random.chance(0.3);
-    felt(order, k, b, (!signed).then_some(0.0), place_m)
-}
-
-fn device() -> HeldDevice {
-    let ideal = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), T);
-    let sensors = crate::Sensors::NONE;
-    HeldDevice::new(ideal, sensors).expect("valid")
-}
-
 /// A law that hears what the loop reads, from where it begins.
 struct Alone(Law<Felt>);
 
@@ -62,148 +35,6 @@ impl Alone {
         self.0.hear(position_m);
         force_n
     }
-}
-
-/// A loop that is ticked by hand, with both of its rings.
-struct Bench {
-    orders: Orders,
-    from_loop: rtrb::Consumer<FromLoop>,
-    looping: Looping,
-    past_m: Vec<f64>,
-    start_m: f64,
-}
-
-impl Bench {
-    fn new() -> Self {
-        let (orders, ends, from_loop) = Orders::new();
-        let looping = Looping::new(ends, Arc::clone(&orders.counts));
-        Self {
-            orders,
-            from_loop,
-            looping,
-            past_m: Vec::new(),
-            start_m: 0.0,
-        }
-    }
-
-    fn tick(
-        &mut self,
-        controller: &mut FeltController,
-        device: &mut HeldDevice,
-        hand_m: f64,
-    ) -> (LoopSample<f64, 1>, u64) {
-        assert!(self.looping.order().is_none());
-        device.hand(hand_m, true);
-        let mut engaged = controller.engage(&mut *device);
-        let Ok(sample) = engaged.tick();
-        // It ticks on: no force is let go.
-        std::mem::forget(engaged);
-        self.looping.heard(controller, &sample);
-        self.looping.report(controller, &sample, Around::UNKNOWN);
-        let mut stimulus = 0;
-        while let Ok(entry) = self.from_loop.pop() {
-            if let FromLoop::Tick(ticked) = entry {
-                stimulus = ticked.stimulus;
-                if ticked.fresh {
-                    self.start_m = self.past_m.last().copied().unwrap_or(f64::NAN);
-                    self.past_m.clear();
-                }
-            }
-        }
-        self.past_m.push(sample.reading.position_m[0]);
-        (sample, stimulus)
-    }
-}
-
-/// `CAMPAIGN_CASES` sets how many pairs, 20 by default.
-#[test]
-fn a_wall_that_changes_in_the_hand_goes_from_one_force_to_the_other_and_gives_no_energy() {
-    let mut random = Random(70);
-    let (mut changing, mut between, mut later) = (0, 0, 0);
-    for case in 0..testkit::cases(20) {
-        let place_m = random.between(-2e-3, 2e-3);
-        let further_m = random.between(-1e-3, 1e-3);
-        let [old, new] = [0.0, further_m].map(|further_m| any(&mut random, place_m + further_m));
-        let (at, out) = (random.between(400.0, 1200.0) as u32, 1900);
-        let deep = random.between(2e-3, 8e-3);
-        // In, held with a tremble, out, and in again.
-        let hand = |n: u32| match n {
-            0..200 => -5e-3,
-            1900..2600 => -8e-3,
-            _ => place_m + deep + 2e-5 * (f64::from(n) / 9.0).sin(),
-        };
-        let chain = SafetyChain::new(Newtons(LIMIT_N), NewtonsPerSecond(1e6), T).expect("valid");
-        let none = felt(0.0, 0.0, 0.0, None, 0.0);
-        let mut controller = Controller::<_, 1, _>::new(fading(&none, T), chain);
-        let (mut device, mut bench) = (device(), Bench::new());
-        let stimulus = |law, number| {
-            Box::new(Stimulus {
-                law,
-                number,
-                event: None,
-            })
-        };
-        let begin = stimulus(Law::untouched(old.clone()), 1);
-        let order = LoopOrder::Begin(begin, place_m);
-        bench.orders.give(order).expect("room");
-        let mut alone: Option<[Alone; 2]> = None;
-        let (mut law_j, mut last) = (0.0, (0.0, 0.0));
-        for n in 0..3200 {
-            if n == at {
-                let mut law = Law::standing(new.clone(), bench.start_m);
-                let heard = bench.past_m.clone();
-                law.hear_from(u64::from(n) - heard.len() as u64, heard);
-                let change = LoopOrder::Change(stimulus(law, 2));
-                bench.orders.give(change).expect("room");
-            }
-            let (sample, number) = bench.tick(&mut controller, &mut device, hand(n));
-            let x = sample.reading.position_m[0];
-            let have = sample.environment_force_n[0];
-            assert!(
-                sample.force.newtons()[0].abs() <= LIMIT_N,
-                "case {case}, tick {n}"
-            );
-            assert_eq!(sample.fault, None, "case {case}, tick {n}");
-            let Some([first, second]) = &mut alone else {
-                alone = Some([&old, &new].map(|law| Alone::begun(law, x)));
-                last = (x, have);
-                continue;
-            };
-            let (a, b) = (first.force(x), second.force(x));
-            let (low, high) = (a.min(b), a.max(b));
-            if number == 1 {
-                assert_eq!(have.to_bits(), a.to_bits(), "case {case}, tick {n}");
-            } else if n < out {
-                // Below both only where the touch would give more than it took: the handle is pushed out by a stiffer wall.
-                let is_within = (low - 1e-12..=0.0).contains(&have);
-                assert!(is_within, "case {case}, tick {n}: {have} of {a} and {b}");
-                // A surface further out is left later, which takes more energy than this touch may have.
-                if (a - b).abs() > 0.05 && further_m > 0.0 {
-                    changing += 1;
-                    between += u32::from(have <= high + 1e-12);
-                }
-            } else if n < 2600 {
-                // On the way out a touch in which the law changed gives back no more than it took.
-                assert!((low - 1e-12..=0.0).contains(&have), "case {case}, tick {n}");
-            } else {
-                assert_eq!(have.to_bits(), b.to_bits(), "case {case}, tick {n}");
-                later += u32::from(have < -0.05);
-            }
-            // Of the law: what it sends at a place, on the way to it.
-            law_j = if have == 0.0 {
-                0.0
-            } else {
-                law_j + sample.force.newtons()[0] * (x - last.0)
-            };
-            if number == 2 && n < 2600 {
-                assert!(law_j < 1e-9, "case {case}, tick {n}: {law_j:e} J");
-            }
-            last = (x, have);
-        }
-    }
-    assert!(changing > 500 && later > 500, "{changing} {later}");
-    let share = f64::from(between) / f64::from(changing);
-    assert!(share > 0.99, "{share}");
 }
 
 fn options(folder: &Path, keys: &[(&str, toml::Value)]) -> SessionOptions {

@@ -7,12 +7,12 @@ use haptic_judge::trial::{TrialPlan, VirtualWall};
 use haptic_judge::wall::WallTrial;
 
 /// The law that a session makes of an order, K, N/m, and B, N·s^μ/m.
-fn made((order, k, b): (f64, f64, f64)) -> Pushing<VirtualWall> {
+fn made((order, k, b, contact): (f64, f64, f64, WallContact)) -> Pushing<VirtualWall> {
     let ideal = MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), T);
     let setup = TrialSetup::new(ideal, crate::Sensors::NONE, TrialPlan::DEFAULT);
     let (order, scheme) = (Order::new(order).expect("valid"), "full".parse());
     let trial = WallTrial {
-        contact: WallContact::of(true),
+        contact,
         ..WallTrial::linear(setup, order, scheme.expect("a scheme"), k, b)
     };
     let judged = trial.judged_law(HORIZON, trial.setup.dynamics(), 0);
@@ -226,9 +226,21 @@ fn a_change_that_is_asked_for_while_another_fades_waits_and_nothing_jumps() {
         let session = session.expect("opened");
         let laws = [(); 5].map(|()| {
             let (order, k) = (random.share(), random.between(30.0, 500.0));
-            (order, k, random.between(0.0, 8.0))
+            let signed = random.chance(0.3);
+            let contact = if signed {
+                WallContact::Signed
+            } else {
+                WallContact::of(true)
+            };
+            (order, k, random.between(0.0, 8.0), contact)
         });
-        let walls = laws.map(|(order, k, b)| law(order, k, b));
+        let walls = laws.map(|(order, k, b, contact)| {
+            let mut wall = law(order, k, b);
+            if contact == WallContact::Signed {
+                wall.set("wall", "contact", "signed", "").expect("once");
+            }
+            wall
+        });
         session.allow(&walls).expect("stable");
         let mut way = vec![(0.0, -5e-3)];
         for n in 1..33 {
