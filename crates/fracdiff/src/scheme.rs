@@ -122,7 +122,7 @@ pub enum SchemeError {
     #[error("\"{0}\" in the scheme is not a number that may stand there")]
     NotANumber(String),
     /// A parameter outside its range.
-    #[error(transparent)]
+    #[error("{0}: change it")]
     Parameter(#[from] ParameterError),
     /// No full memory has this tolerance and horizon.
     #[error(transparent)]

@@ -44,8 +44,14 @@ pub struct Excerpt {
 /// A file that cannot be read, or is no text.
 pub fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
     read_text(path).map_err(|error| {
+        let as_in = match path.extension() {
+            None if error.kind() == std::io::ErrorKind::NotFound => {
+                format!(", as {}", path.with_extension("toml").display())
+            }
+            _ => String::new(),
+        };
         let reason = format!(
-            "cannot read the {kind} file `{}`: {error}; give the path of a TOML file",
+            "cannot read the {kind} file `{}`: {error}; give the path of a TOML file{as_in}",
             path.display()
         );
         FileError::wording("", reason)

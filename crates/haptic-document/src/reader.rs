@@ -488,7 +488,16 @@ impl<'a> Table<'a> {
 
     fn missing(&self, parameter: &Parameter) -> FileError {
         let missing = format!("missing key `{}` in [{}]", parameter.key, self.name);
-        self.fail(missing).of_file(format!(": give {parameter}"))
+        let range = match parameter.value {
+            Value::Number(_, range) | Value::List(range) => {
+                format!(", {range} {}", parameter.unit())
+                    .trim_end()
+                    .to_owned()
+            }
+            _ => String::new(),
+        };
+        self.fail(missing)
+            .of_file(format!(": give {parameter}{range}"))
     }
 
     /// One of the values that the command line knows for it.

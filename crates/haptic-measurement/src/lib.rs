@@ -32,7 +32,7 @@ parameters! {
     /// Length of the multi-sine, s.
     MEASURE_DURATION = number("duration_s", 8.0, "8s", Range::Within(1.0, 600.0), "Length of the multi-sine");
     /// Speed of a robot that is measured, m/s.
-    MEASURE_SPEED = number("speed_m_per_s", 0.02, "20mm/s", Range::Within(1e-3, 0.05), "Largest speed of a robot that is measured");
+    MEASURE_SPEED = number("speed_m_per_s", 0.02, "20mm/s", Range::Within(1e-3, 0.05), "Robot: largest speed; a device that takes a force has none");
     /// A hand at the device.
     HELD = flag("held", "A hand holds the device as still as it can; its stiffness is measured too");
     /// Axis of a board with several.

@@ -148,7 +148,7 @@ impl DesignForm {
         self.check()?;
         let Some(crossover) = self.crossover_rad_s else {
             return Err(Failure::bad_input(format_args!(
-                "{CROSSOVER} is missing: give it"
+                "{CROSSOVER} is missing: give it, as in 0.05rad/s"
             )));
         };
         let margin = self.phase_margin_rad;

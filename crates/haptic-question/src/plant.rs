@@ -309,8 +309,9 @@ impl PlantQuestion {
             return record;
         }
         let table = read_response(bytes, &self.response);
-        let table =
-            table.map_err(|error| format!("{}; see {PLANT_COLUMNS}", short(&error.to_string())))?;
+        let table = table.map_err(|error| {
+            with_columns(&short(&error.to_string()), "frequency=1,gain=2,phase=3")
+        })?;
         MeasuredPoints::of(table).map(PlantData::Response)
     }
 
@@ -359,7 +360,9 @@ impl PlantQuestion {
     /// # Errors
     /// What is wrong with it, with line and column.
     pub fn read(&self, columns: &[String; 3], bytes: &[u8]) -> Result<PlantRecord, String> {
-        let remedy = format!("see {PLANT_COLUMNS}; a table without times takes {ROW_TIME}");
+        let wrong = |error: String| with_columns(&error, "time=1,input=2,output=3");
+        let remedy =
+            |error: &str| wrong(format!("{error}; a table without times takes {ROW_TIME}"));
         let [time, signals @ ..] = columns.each_ref().map(String::as_str);
         // Steps that are given are the times, whatever else the table has.
         let time = self.sample_time_s.map_or(time, |_| "");
@@ -367,14 +370,14 @@ impl PlantQuestion {
         // A command that nobody recorded stands for itself.
         let input = jump.as_ref().map_or(signals[0], |_| signals[1]);
         let found = read_record(bytes, [time, input, signals[1]])
-            .map_err(|error| format!("{}; {remedy}", short(&error.to_string())))?;
+            .map_err(|error| remedy(&short(&error.to_string())))?;
         let gaps = found.gaps().map(|rows| {
             format!("{rows} without an output: it is put on a straight line between its neighbours")
         });
         let (mut lines, [mut time_s, mut input, output]) = (found.lines, found.columns);
         match (self.sample_time_s, time_s.is_empty()) {
             (None, false) => {}
-            (None, true) => return Err(format!("no column {time}; {remedy}")),
+            (None, true) => return Err(remedy(&format!("no column {time}"))),
             (Some(step), _) => time_s = (0..lines.len()).map(|n| step * n as f64).collect(),
         }
         if let Some(jump) = jump {
@@ -387,7 +390,6 @@ impl PlantQuestion {
             output,
             ..InputOutput::default()
         };
-        let wrong = |error: String| format!("{error}; see {PLANT_COLUMNS}");
         let repeated = one_row_a_time(&mut record, &mut lines)
             .map_err(|error| wrong(format!("{error}; the time is column {}", short(time))))?;
         let repeated = rows_named(&repeated).map(|rows| {
@@ -514,6 +516,11 @@ pub struct PlantAnswer {
     best: Found,
     /// The state of the plant at the beginning of the record, in words.
     begins: String,
+}
+
+/// What is wrong with the columns of a table, and how they are named.
+fn with_columns(wrong: &str, as_in: &str) -> String {
+    format!("{wrong}; name the columns in {PLANT_COLUMNS}, as in {as_in}")
 }
 
 impl PlantAnswer {

@@ -3,9 +3,9 @@
 use crate::identity::{DeviceIdentity, Told};
 use crate::remembered::{Remembered, loosened};
 use haptic_devices::ForeignName;
-use haptic_document::parameters::{DEVICE, TOUCH_AXES};
+use haptic_document::parameters::{DEVICE, SAMPLE_TIME, TOUCH_AXES};
 use haptic_document::{Failure, Warn};
-use haptic_link::{Capabilities, Configuration, Hello};
+use haptic_link::{Capabilities, Configuration, Field, Hello, Refusal};
 use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
@@ -468,11 +468,18 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
 /// A refusal by the device is bad input, unless only its position or a persistent fault causes it; any other error is as in [`at_port`].
 #[must_use]
 pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
-    if error.is_refusal() && !error.is_of_its_state() {
-        Failure::bad_input(error)
-    } else {
-        at_port(path, &error)
+    if !error.is_refusal() || error.is_of_its_state() {
+        return at_port(path, &error);
     }
+    let SerialError::Link(LinkError::Refused { refusal, .. }) = &error else {
+        return Failure::bad_input(error);
+    };
+    if let Refusal::Range { field, .. } | Refusal::Unsupported(field) = refusal
+        && *field == Field::TickPeriod
+    {
+        return Failure::input_with_advice(error, format_args!("change {SAMPLE_TIME}"));
+    }
+    Failure::bad_input(error)
 }
 
 /// The failure of a device that was connected. Where nothing comes from its board any more, that is what failed, whatever latched or was
@@ -636,7 +643,6 @@ mod tests {
 
     #[test]
     fn a_device_that_stands_in_the_wall_is_no_bad_input() {
-        use haptic_link::Refusal;
         let failure = |refusal| {
             let request = "start";
             let error = LinkError::Refused { request, refusal };

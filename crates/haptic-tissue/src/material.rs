@@ -117,6 +117,20 @@ impl TryFrom<WrittenLoading> for MeasuredLoading {
     }
 }
 
+/// The remedy for a name that the library has not: of a table the command that makes a tissue of it, else the nearest name.
+fn advice(name: &str, known: &[String]) -> String {
+    let of_table = ["csv", "tsv", "txt", "dat", "xlsx"];
+    let extension = Path::new(name).extension();
+    if extension.is_some_and(|ending| {
+        of_table
+            .iter()
+            .any(|table| ending.eq_ignore_ascii_case(table))
+    }) {
+        return "`identify` makes one of a table".to_owned();
+    }
+    did_you_mean(name, known.iter().map(String::as_str))
+}
+
 /// One of several by its name.
 fn named<T: Copy>(key: &str, name: Option<String>, all: &[(T, &str)]) -> Result<Option<T>, String> {
     let Some(name) = name else { return Ok(None) };
@@ -205,7 +219,7 @@ pub enum MaterialError {
     #[error("cannot read the library folder `{folder}`: {1}; give a folder of TOML files", folder = .0.display())]
     Folder(PathBuf, #[source] std::io::Error),
     /// A name that is not in the library, and all that are.
-    #[error("tissue \"{0}\" is not in the library, nor a TOML file: {known}", known = did_you_mean(.0, .1.iter().map(String::as_str)))]
+    #[error("tissue \"{0}\" is not in the library, nor a TOML file: {advice}", advice = advice(.0, .1))]
     Unknown(String, Vec<String>),
     /// A tissue that is not one spring-pot beside a spring.
     #[error("tissue \"{0}\" is a {1}, which has no single order")]

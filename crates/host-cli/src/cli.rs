@@ -32,13 +32,17 @@ DEVICE is what an experiment runs on:
   serial:auto                   the only serial device that answers
   serial:usb:NUMBER             the port whose USB device has this serial number
   tcp:HOST:PORT                 a device that listens there, as an emulated one
-  haply:PATH[,version=2]        a Haply 2DIY, see docs/guide/src/haply-2diy.md
-  moteus:PATH[,id=1,radius=20mm] a moteus servo, see docs/guide/src/moteus.md
-  inverse3:[HOST[:PORT]][,id=ID] a Haply Inverse3, see docs/guide/src/inverse3.md
+  haply:PATH[,version=2]        a Haply 2DIY
+  moteus:PATH[,id=1,radius=20mm] a moteus servo
+  inverse3:[HOST[:PORT]][,id=ID] a Haply Inverse3
+Each has its page in the guide: {guide}
 
 Exit codes: 0 done; 1 the run failed, was interrupted or a fault ended it; 2 bad usage or bad
 input; 3 device or link not usable, or lost; 4 data was lost, the rest was kept. If several apply, 3
 takes precedence over 1, and 1 over 4.";
+
+/// The guide, where the package says that the project is: a program may have come without its files.
+const GUIDE: &str = concat!(env!("CARGO_PKG_REPOSITORY"), "/tree/HEAD/docs/guide/src");
 
 /// Fractional-order haptics: experiments, logs, figures.
 #[derive(Debug, Parser)]
@@ -46,7 +50,7 @@ takes precedence over 1, and 1 over 4.";
     name = "host-cli",
     version,
     about,
-    long_about = LONG_ABOUT.replace("{schemes}", fracdiff::Scheme::help()),
+    long_about = LONG_ABOUT.replace("{schemes}", fracdiff::Scheme::help()).replace("{guide}", GUIDE),
     max_term_width = 100,
     after_help = "Example: host-cli relax --duration 200s --out relaxation"
 )]
@@ -282,6 +286,9 @@ fn print_long_help() -> std::io::Result<()> {
 
 /// Suggestion for an unknown option, command or name: an existing one, or a key.
 fn meant(error: &clap::Error) -> Option<String> {
+    if error.kind() == ErrorKind::MissingRequiredArgument {
+        return example();
+    }
     if let Some(ContextValue::Strings(names)) = error.get(ContextKind::ValidValue) {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let typed = error.get(ContextKind::InvalidValue)?.to_string();
@@ -323,12 +330,41 @@ fn meant(error: &clap::Error) -> Option<String> {
     let keys = keys.into_iter().map(|key| format!("{key}=VALUE"));
     let known: Vec<String> = options.into_iter().chain(below).chain(keys).collect();
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
-    match (nearest(wanted, &known), command.get_name()) {
-        (Some(name), _) => Some(format!("did you mean `{name}`?")),
-        (None, "emulate") => emulate::of_device(wanted),
-        (None, "reproduce") => Some("all figures are made, 3.3 to 7.2: omit it".to_owned()),
-        _ => None,
+    let said = match (command.get_name(), wanted) {
+        ("emulate", "--port" | "--device") => "give its place with --link, or --listen for TCP",
+        ("serve", "--device") => "the page runs simulated devices: omit it, or `run` a file",
+        ("reproduce", _) if nearest(wanted, &known).is_none() => {
+            "all figures are made, 3.3 to 7.2: omit it"
+        }
+        _ => "",
+    };
+    match nearest(wanted, &known) {
+        _ if !said.is_empty() => Some(said.to_owned()),
+        Some(name) => Some(format!("did you mean `{name}`?")),
+        None if command.get_name() == "emulate" => emulate::of_device(wanted),
+        None => None,
     }
+    .or_else(|| {
+        Some(format!(
+            "`{} --help` lists what it takes",
+            path_of(&command)
+        ))
+    })
+}
+
+/// A command with those that it is below, as it is typed: `host-cli log plot`.
+fn path_of(command: &clap::Command) -> &str {
+    command.get_bin_name().unwrap_or("host-cli")
+}
+
+/// The first example of the command that was typed, for somebody who gave no file or name.
+fn example() -> Option<String> {
+    let help = asked().0.get_after_help()?.to_string();
+    let (_, example) = help.split_once("host-cli ")?;
+    Some(format!(
+        "write one, as in `host-cli {}`",
+        example.lines().next()?
+    ))
 }
 
 /// Advice for a word that other shells read themselves: `#`, `'quoted'`, `\` at the end of a line.

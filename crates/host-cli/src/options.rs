@@ -251,6 +251,8 @@ impl<N: Named> Options<N> {
             else {
                 let error = if Path::new(text).is_file() {
                     "is a file: `host-cli run` runs an experiment file, `host-cli identify` makes a tissue of a record"
+                } else if text.starts_with(['–', '—', '−']) {
+                    "begins with a dash of typography: write two hyphens, as --strain"
                 } else {
                     "is not KEY=VALUE, as sample_time=1ms; a name goes with its option, as --tissue liver"
                 };

@@ -171,13 +171,19 @@ impl Parameter {
     pub fn outside(&self, number: Option<f64>) -> Option<String> {
         let range = self.range();
         let number = number.filter(|number| !range.contains(*number))?;
-        let within = format!("{range} {}", WrittenUnit::of_key(self.key, 1.0).symbol);
+        let within = format!("{range} {}", self.unit());
         Some(format!(
             "{} is not {}{}: change it",
             Shown(number),
             within.trim_end(),
             in_degrees(self.key, range)
         ))
+    }
+
+    /// The SI unit of its numbers; empty for a pure number.
+    #[must_use]
+    pub fn unit(&self) -> String {
+        WrittenUnit::of_key(self.key, 1.0).symbol
     }
 
     /// It and the value that it is to have, in a sentence.

@@ -122,6 +122,12 @@ mod tests {
         let given =
             form(json!({"strain": 0.05, "duration_s": 2, "scheme": "grunwald:100", "guard": ""}));
         assert_eq!(job("relax", &given).expect("good"), 2001);
+        let mut wall = form(
+            json!({"tissue": "liver", "order": 0.5, "stiffness_n_per_m": 3000, "dissipation_n_s_mu_per_m": 100}),
+        );
+        assert!(job("wall", &wall).is_ok());
+        wall["order"] = json!(0.7);
+        assert!(job("wall", &wall).is_err());
     }
 
     #[test]

@@ -45,10 +45,12 @@ const EXAMPLES: &str = "Examples:\n  host-cli run experiments/wall.toml stiffnes
 
 /// Run the experiment that a file describes
 ///
-/// Runs the experiment of a TOML file, or repeats that of a log. The file has one table; its keys
-/// are listed below. They end with their SI unit, as in `duration_s` = 200; options take precedence
-/// over them. Paths in the file start from its folder. `[drive]` beside `[relax]` or `[creep]`
-/// names a controller file, whose controller moves the indenter.
+/// Runs the experiment of a TOML file, or repeats that of a log. The file has one table, that of
+/// the experiment; its keys are listed below. They end with their SI unit, as in `duration_s` =
+/// 200; options take precedence over them. Paths in the file start from its folder.
+///
+/// Beside that table may stand `[drive]`, which names a controller file, whose controller moves the
+/// indenter, and beside `[wall]` `[admittance]`, a robot that takes a velocity.
 ///
 /// `[wall]`: the device hits the wall at `impact_m_per_s` and is pushed into it; the wall is stable
 /// if the device comes to rest (see `host-cli zwidth --help`). A serial device is only pushed.
