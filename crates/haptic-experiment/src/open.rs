@@ -98,8 +98,13 @@ impl ExperimentFile {
             .transpose()?;
         let admittance = tables.remove(ADMITTANCE_TABLE);
         if let Some(admittance) = admittance.as_ref().filter(|_| name != "wall") {
+            let why = match name {
+                "touch" => "touches along one axis only",
+                "relax" | "creep" | "press" => "is pushed by a hand, and does not press by itself",
+                _ => "takes a velocity, and not the force of this law",
+            };
             return Err(admittance.fail(format_args!(
-                "[{ADMITTANCE_TABLE}] stands beside [wall], not [{name}]: omit it"
+                "[{ADMITTANCE_TABLE}] stands beside [wall], not [{name}], as its robot {why}: omit it"
             )));
         }
         let admittance = admittance

@@ -7,6 +7,7 @@ use haptic_analysis::Dynamics;
 use haptic_document::Failure;
 use haptic_document::parameters::Parameter;
 use haptic_loop::Environment;
+use haptic_quantity::written;
 use haptic_trial::preflight::PreflightVerdict;
 use serde::Serialize;
 use serde_json::Value;
@@ -27,8 +28,29 @@ pub struct Hit {
     pub impact_m_per_s: f64,
     /// Verdict on the trial at this speed.
     pub verdict: TrialVerdict,
+    /// The fault that ended it, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ended: Option<String>,
     /// Largest magnitude of the force, N.
     pub peak_force_n: f64,
+}
+
+impl Hit {
+    /// The hand of a robot, or the speed of the hit, in words.
+    pub fn words(&self) -> String {
+        let hand = [
+            ("mass_kg", self.hand_mass_kg),
+            ("damping_n_s_per_m", self.hand_damping_n_s_per_m),
+            ("stiffness_n_per_m", self.hand_stiffness_n_per_m),
+        ];
+        let hand = hand.map(|(key, value)| value.map(|value| written(key, value)));
+        match hand {
+            [Some(mass), Some(damping), Some(stiffness)] => {
+                format!("in a hand of {mass}, {damping} and {stiffness}")
+            }
+            _ => format!("when it is hit at {} m/s", self.impact_m_per_s),
+        }
+    }
 }
 
 /// The loudest of these noises.
@@ -133,6 +155,7 @@ pub trait PushedTrial: Clone {
             hand_stiffness_n_per_m: of_hand(hand.stiffness.0),
             impact_m_per_s: settling.impact_m_per_s,
             verdict: settling.verdict,
+            ended: settling.ended.map(|ended| ended.reason(None)),
             peak_force_n: settling.peak_force_n,
         });
         Ok((worst, hits.collect()))

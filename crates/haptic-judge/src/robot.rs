@@ -289,6 +289,8 @@ mod tests {
             let robot = body(8.0, 20.0, "0") + robot;
             let settling = read(law, &robot).expect("a wall").tried().expect("runs");
             assert_eq!(settling.verdict, TrialVerdict::Unfinished, "{law}");
+            let reason = settling.reason().expect("a reason");
+            assert!(reason.contains("fault: "), "{reason}");
         }
     }
 
@@ -297,6 +299,10 @@ mod tests {
         for (line, named) in [
             ("mass_kg = 1", "mass_kg of [wall]"),
             ("impact_m_per_s = 0.1", "impact_m_per_s of [wall]"),
+            (
+                "hand_stiffness_n_per_m = 100",
+                "give admittance.hand_stiffness",
+            ),
             (
                 "guard = \"energy-bounding\"",
                 "a guard needs a device that damps",

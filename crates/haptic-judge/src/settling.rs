@@ -193,6 +193,9 @@ pub struct Settling {
     /// Why friction alone may hold it, where no swing was judged.
     #[serde(skip)]
     pub held_because: &'static str,
+    /// The fault that ended a trial in virtual time, if one did.
+    #[serde(skip)]
+    pub ended: Option<Ending>,
     /// Largest magnitude of the force, N.
     #[serde(skip)]
     pub peak_force_n: f64,
@@ -236,7 +239,10 @@ impl Settling {
                 "nothing touched it at the end: push the device into it all the time".to_owned(),
             ),
             TrialVerdict::Gone => Some(format!("the device was more than {GONE_M} m away")),
-            TrialVerdict::Unfinished => Some("the trial did not reach its end".to_owned()),
+            TrialVerdict::Unfinished => {
+                let ended = self.ended.map(|ended| format!(": {}", ended.reason(None)));
+                Some("the trial did not reach its end".to_owned() + &ended.unwrap_or_default())
+            }
             TrialVerdict::Unstable if self.force_range_n.is_none() => Some(format!(
                 "{}; what followed was not judged",
                 Ending::Swing.reason(None)
@@ -490,6 +496,7 @@ impl Judge {
             expected_deflection_m,
             swings,
             held_because: "the trial is too short for taps: make it longer",
+            ended: None,
             peak_force_n: self.peak_force_n,
             noise_n: deviations.map(|_| self.late_force.deviation()),
             largest_pull: self.largest_pull,

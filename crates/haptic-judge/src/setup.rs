@@ -72,8 +72,11 @@ impl<E: Environment<f64, 1>> TrialParts<E> {
         let (device, judge) = (&mut self.device, &mut self.judge);
         let whole = try_out(&mut self.controller, device, self.samples, judge);
         // A robot that has stopped stands still, which is no rest.
-        let whole = whole && device.device().ended().is_none();
-        self.judge.settling(whole, self.rest_m)
+        let ended = device.device().ended();
+        Settling {
+            ended,
+            ..self.judge.settling(whole && ended.is_none(), self.rest_m)
+        }
     }
 }
 

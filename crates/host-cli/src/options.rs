@@ -266,7 +266,10 @@ impl<N: Named> Options<N> {
                     (table_of(kind, parameter), parameter.key, value)
                 }
                 // Its reader knows what there is instead.
-                None => (kind, without_heading(kind, written), Value::from(value)),
+                None => {
+                    let (table, key) = unknown(kind, written);
+                    (table, key, Value::from(value))
+                }
             };
             document.set(table, key, value, shown)?;
         }
@@ -325,13 +328,16 @@ fn found(kind: &str, written: &str) -> Option<Parameter> {
         .or_else(|| by(&|known| in_full.as_deref() == Some(without_unit(known))))
 }
 
-/// A key that there is not, without the heading of a table that there is.
-fn without_heading<'w>(kind: &str, written: &'w str) -> &'w str {
+/// A key that there is not, without the heading of a table that there is, behind the table that would have it.
+fn unknown<'w>(kind: &'w str, written: &'w str) -> (&'w str, &'w str) {
     let is_table =
         |heading: &str| heading == kind || of_kind(kind).iter().any(|(name, _)| *name == heading);
     match written.split_once('.') {
-        Some((heading, key)) if is_table(heading) => key,
-        _ => written,
+        Some((heading, key)) if is_table(heading) => (kind, key),
+        Some((heading, key)) if BESIDE.contains(&heading) && KINDS.contains(&kind) => {
+            (heading, key)
+        }
+        _ => (kind, written),
     }
 }
 

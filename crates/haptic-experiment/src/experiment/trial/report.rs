@@ -418,8 +418,10 @@ fn warnings(
 ) -> Warnings {
     let mut warnings = Warnings::default();
     let mut verdict = settling.verdict.words().to_owned();
-    if !hits.is_empty() && !settling.stable {
-        verdict += &format!(" when it is hit at {} m/s", settling.impact_m_per_s);
+    // The first of those that are as bad is the one that is judged.
+    let mut worst = hits.iter().filter(|hit| hit.verdict == settling.verdict);
+    if let Some(hit) = worst.next().filter(|_| !settling.stable) {
+        verdict += &format!(" {}", hit.words());
     }
     match settling.reason() {
         None => warnings.limited(record),
