@@ -131,7 +131,7 @@ test("runs from their forms have the samples of the command's logs, to the last 
   const folder = mkdtempSync(join(tmpdir(), "runs-"));
   const command = (...words) => execFileSync(HOST_CLI, [...words, "-q"]);
   for (const [number, [kind, keys]] of Object.entries(RUNS).entries()) {
-    await page.getByText("New run").click();
+    await page.locator("button", { hasText: "New run" }).click();
     await page.selectOption("select[aria-label='Experiment']", kind);
     await page.locator(".form button[type=submit]").click();
     await page.locator(".runs-list .progress").getByText(new RegExp(`^${kind}-000${number + 1}/${kind} is done${kind === "wall" ? ": stable" : ""}$`)).waitFor();

@@ -7,6 +7,7 @@
 //! ```
 //! It has no device and no disk, and runs tissues and walls in virtual time alone: it refuses the rest with the command that has it.
 
+mod absent;
 mod held;
 mod ran;
 
@@ -14,7 +15,7 @@ use crate::channels::places;
 use crate::dropped::{can_be_felt, looked_at, of_file};
 use crate::feel::state::idle;
 use crate::feel::{CHANNELS, DeviceNumbers, FeelChange, FeelSettings, felt, pyramid_size};
-use crate::form::{Asker, Files, forms};
+use crate::form::{Asker, forms};
 use crate::hello::Known;
 use crate::live::{Acknowledged, FRAMES_PER_S, LivePicture, ShownLoop, frame};
 use crate::pyramid::Pyramid;
@@ -22,7 +23,8 @@ use crate::question::PanelQuestion;
 use crate::request::{LIVE, PageRequest, Panel, ViewRequest, parse};
 use crate::surface::{TissueSurface, pushed};
 use crate::words::answered;
-use haptic_document::{Failure, FileError};
+use absent::{NO_FILES, needs};
+use haptic_document::Failure;
 use haptic_quantity::parse_for_key;
 use haptic_tissue::{Library, Material, MaterialError};
 use held::HeldLoop;
@@ -47,22 +49,6 @@ pub enum ToPage {
     /// A picture of the loop, byte by byte as the protocol says.
     Frame(Vec<u8>),
 }
-
-/// Files that a form names are not there.
-const NO_FILES: Files = Files {
-    check: |key, path| {
-        Err(Failure::bad_input(format_args!(
-            "`{key}`: this page opens no file {}: use `host-cli serve`",
-            path.display()
-        )))
-    },
-    read: |path| {
-        Err(FileError::wording(
-            &path.display().to_string(),
-            "no file in this page",
-        ))
-    },
-};
 
 /// The server.
 #[derive(Debug)]
@@ -398,11 +384,4 @@ fn kept(pyramid: &mut Option<Pyramid>) -> &mut Pyramid {
 
 fn none_felt() -> Failure {
     Failure::bad_input("nothing is felt yet: send `feel.start`")
-}
-
-/// A refusal of what needs a machine.
-fn needs(what: &str) -> Failure {
-    Failure::bad_input(format_args!(
-        "this page has nothing but the browser, and {what}"
-    ))
 }

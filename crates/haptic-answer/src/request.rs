@@ -137,7 +137,7 @@ pub struct CompareStart {
     /// A code of at most 32 characters, no name.
     pub subject: String,
     pub seed: u32,
-    /// Least and most of the ratings that are asked for after each; without it there are none.
+    /// Least and most of the ratings; without it nobody is asked for one.
     pub rating_scale: Option<[f64; 2]>,
 }
 

@@ -9,9 +9,9 @@
 use crate::modelled_tissue::{ModelledTissue, Sampled, TissuePiece};
 use crate::reference::ReferenceWeights;
 use crate::rendering::{
-    CHANGES, CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PIECE_DISSIPATION, PIECE_ORDER,
-    PIECE_STIFFNESS, PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING, RIG_MASS,
-    STRAIN, STRESS,
+    CHANGES, CREEP_CONTACT, CREEP_DURATION, DEPTH, FORCE, IndenterContact, PIECE_DISSIPATION,
+    PIECE_ORDER, PIECE_STIFFNESS, PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING,
+    RIG_MASS, STRAIN, STRESS,
 };
 use crate::simulated_rig::{Massless, SimulatedRig};
 use crate::tissue_table::{fits, piece, scheme};
@@ -52,7 +52,7 @@ pub struct IndentationTrial {
     /// Number type of the loop.
     pub precision: Precision,
     /// Contact of the indenter with the renderer.
-    pub contact: Contact,
+    pub contact: IndenterContact,
     /// Each of the two actuators, with the sample time of the loop.
     pub actuator: MassDamperConfig,
     /// Sensors of the simulated rig.
@@ -75,7 +75,7 @@ impl IndentationTrial {
     /// The number of samples.
     ///
     /// # Errors
-    /// A duration that is none of a run.
+    /// A duration of too few samples, or too many.
     pub fn samples(&self) -> Result<u64, Failure> {
         count(self.duration_s, self.actuator.sample_time.0, &SAMPLES)
     }
@@ -150,8 +150,8 @@ impl IndentationTrial {
     /// The two actuators and their contact.
     pub fn rig(&self) -> RigConfig {
         let contact = match self.contact {
-            Contact::Compliant => RigContact::COMPLIANT,
-            Contact::Rigid | Contact::Ideal => RigContact::Rigid,
+            IndenterContact::Compliant => RigContact::COMPLIANT,
+            IndenterContact::Rigid | IndenterContact::Ideal => RigContact::Rigid,
         };
         let MassDamperConfig {
             mass,
@@ -172,7 +172,7 @@ impl IndentationTrial {
     /// True for a push on the tissue alone.
     pub fn is_ideal(&self) -> bool {
         let pushes = matches!(self.load, RigDrive::Force(_));
-        pushes && self.contact == Contact::Ideal && self.at_port.is_none()
+        pushes && self.contact == IndenterContact::Ideal && self.at_port.is_none()
     }
 
     /// Limits of force and rate.
@@ -281,8 +281,12 @@ fn rendering(
         scheme,
         precision,
         contact: match table.choice(contact)? {
-            Contact::Ideal if !table.has(contact) && (is_real || is_held) => Contact::Compliant,
-            given @ (Contact::Compliant | Contact::Rigid | Contact::Ideal) => given,
+            IndenterContact::Ideal if !table.has(contact) && (is_real || is_held) => {
+                IndenterContact::Compliant
+            }
+            given @ (IndenterContact::Compliant
+            | IndenterContact::Rigid
+            | IndenterContact::Ideal) => given,
         },
         actuator: MassDamperConfig::ideal(
             Kilograms(table.number(&RIG_MASS)?),

@@ -88,7 +88,7 @@ pub const CREEP_TABLES: &[KeyTable] = &[
 /// Contact of the indenter with the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Contact {
+pub enum IndenterContact {
     /// A stiff, one-sided spring and damper between two masses, as on a real rig.
     Compliant,
     /// The indentation or the push is imposed exactly; a push still moves the renderer's mass.
@@ -97,7 +97,7 @@ pub enum Contact {
     Ideal,
 }
 
-named! { Contact:
+named! { IndenterContact:
     Compliant = "compliant", "A stiff one-sided spring and damper between two masses, as on a real rig";
     Rigid = "rigid", "The indentation is imposed exactly, or the push on the renderer's mass";
     Ideal = "ideal", "Nothing has a mass: the tissue alone";

@@ -15,7 +15,7 @@ use std::convert::Infallible;
 pub enum SimulatedRig {
     /// Two actuators that face each other, the indenter led by its own servo.
     Plain(Box<IndentationRig>),
-    /// The same, the indenter held by a controller.
+    /// Both actuators, the indenter held by a controller.
     Held(Box<HeldRig<ControllerHolder>>),
     /// A push on the tissue alone.
     Ideal(Box<Massless>),
@@ -71,7 +71,7 @@ impl Massless {
     }
 
     /// δ of a tick after the other, m.
-    pub fn next(&mut self) -> f64 {
+    pub fn step(&mut self) -> f64 {
         let depth = self.depth();
         self.advance();
         depth

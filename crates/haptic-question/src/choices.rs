@@ -5,7 +5,7 @@ use crate::tissue::{KIND, TISSUE_MODEL, models};
 use haptic_document::Named;
 use haptic_document::parameters::Parameter;
 use haptic_judge::preflight::WallContact;
-use haptic_judge::rendering::{Contact, Precision};
+use haptic_judge::rendering::{IndenterContact, Precision};
 use haptic_judge::settling::Criterion;
 use haptic_link::{Architecture, LoopMode};
 use haptic_loop::LoadingKind;
@@ -41,7 +41,7 @@ pub fn choices(parameter: &Parameter) -> Vec<NamedChoice> {
         "weights" => words(&Weighting::CHOICES),
         "architecture" => names::<Architecture>(),
         "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
-        "contact" => names::<Contact>(),
+        "contact" => names::<IndenterContact>(),
         "precision" => names::<Precision>(),
         "criterion" => names::<Criterion>(),
         "guard" => names::<GuardChoice>(),

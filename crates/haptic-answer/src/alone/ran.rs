@@ -1,6 +1,6 @@
 //! Runs in virtual time: their samples are kept as long as the page is there, and made again for a table.
 
-use super::{NO_FILES, needs};
+use super::absent::{NO_FILES, needs};
 use crate::channels::{Channels, places};
 use crate::form::{document, parameter, suggested};
 use crate::pyramid::Pyramid;

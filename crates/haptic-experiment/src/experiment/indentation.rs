@@ -27,7 +27,7 @@ use haptic_document::parameters::{
 use haptic_document::{Failure, FileError, Named as _, Table, parameters as p};
 use haptic_judge::indentation::{self, IndentationTrial, VirtualTissue};
 use haptic_judge::preflight::{Preflight, WallContact};
-use haptic_judge::rendering::{Contact, Precision};
+use haptic_judge::rendering::{IndenterContact, Precision};
 use haptic_judge::simulated_rig::SimulatedRig;
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{FacingConfig, HeldRig, RigDrive, Sensed};
@@ -419,11 +419,13 @@ impl Indentation {
             }
         }
         match self.contact {
-            Contact::Compliant => Ok(()),
-            Contact::Rigid | Contact::Ideal => Err(Failure::bad_input(format_args!(
-                "the {CONTROLLER} of a drive moves a mass, and this contact has none: use {contact_compliant}",
-                contact_compliant = CONTACT.set_to("compliant")
-            ))),
+            IndenterContact::Compliant => Ok(()),
+            IndenterContact::Rigid | IndenterContact::Ideal => {
+                Err(Failure::bad_input(format_args!(
+                    "the {CONTROLLER} of a drive moves a mass, and this contact has none: use {contact_compliant}",
+                    contact_compliant = CONTACT.set_to("compliant")
+                )))
+            }
         }
     }
 
@@ -469,7 +471,7 @@ impl Indentation {
         let (stiffness, dissipation) = self.piece.spring_and_damper();
         let simulation = match self.load {
             RigDrive::Position(profile) => indented(
-                self.contact == Contact::Compliant,
+                self.contact == IndenterContact::Compliant,
                 profile.depth().0,
                 profile.ramp_time().0,
             ),

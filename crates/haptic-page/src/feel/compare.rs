@@ -58,7 +58,7 @@ pub(crate) struct Comparison {
     recording: Option<Recording>,
 }
 
-/// What a cell of the table holds, nothing if there is no number.
+/// Text of a cell of the table, empty without a number.
 fn cell(number: Option<impl ToString>) -> String {
     number.map_or_else(String::new, |number| number.to_string())
 }
@@ -91,7 +91,7 @@ impl Comparison {
             )));
         }
         if let Some([least, most]) = scale
-            && !(least < most)
+            && least >= most
         {
             return Err(Failure::bad_input(format_args!(
                 "`rating_scale` = [{least}, {most}] does not rise: give its least and its most"

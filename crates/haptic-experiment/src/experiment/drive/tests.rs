@@ -10,7 +10,7 @@ use fracdiff::Seconds;
 use fractional_control::{ControllerSetup, PidParameters};
 use haptic_document::Failure;
 use haptic_judge::modelled_tissue::ModelledTissue;
-use haptic_judge::rendering::Contact;
+use haptic_judge::rendering::IndenterContact;
 use haptic_judge::simulated_rig::SimulatedRig;
 use haptic_loop::Device;
 use haptic_loop::plant::{HeldRig, RampHold, RigConfig, RigContact, RigDrive};
@@ -235,7 +235,7 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
         assert!(wording.contains(words), "{wording}");
     };
     refused(
-        |held| held.contact = Contact::Rigid,
+        |held| held.contact = IndenterContact::Rigid,
         "`contact` = compliant",
     );
     let weak = |held: &mut Indentation| {

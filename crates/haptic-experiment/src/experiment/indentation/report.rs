@@ -577,7 +577,7 @@ impl Indentation {
         let samples = ran.samples();
         let mut history = self.full_history(samples, ran.record.before())?;
         let mut alone = self.massless(push, self.check()?)?;
-        let mut ideal = ReferenceSeries::stepped(samples, move |_| alone.next())?;
+        let mut ideal = ReferenceSeries::stepped(samples, move |_| alone.step())?;
         let mut depth = (self.piece).creep(push.0, self.actuator.sample_time);
         Ok(Box::new(move |sample| {
             let closed_form = depth(sample.tick, sample.time_s);

@@ -7,7 +7,7 @@ use haptic_analysis::Dynamics;
 use haptic_document::Document;
 use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use haptic_judge::preflight::{Preflight, WallContact};
-use haptic_judge::rendering::{Contact, Precision};
+use haptic_judge::rendering::{IndenterContact, Precision};
 use haptic_loop::plant::{RampHold, RigDrive};
 use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Loading, LoadingKind};
@@ -27,7 +27,7 @@ fn tissue(model: Model) -> ModelledTissue {
 
 fn relaxation(model: Model, precision: Precision) -> Indentation {
     let mut relaxation = defaults(tissue(model));
-    relaxation.contact = Contact::Rigid;
+    relaxation.contact = IndenterContact::Rigid;
     relaxation.precision = precision;
     // Far from the limits of the safety chain.
     relaxation.force_limit_n = 1e5;
@@ -145,7 +145,7 @@ fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() {
         assert!(worst < 1e-4, "{loading:?} {stiffening}: {worst:e}");
         let mut creep = relaxation;
         (creep.load, creep.duration_s) = (RigDrive::Force(Newtons(1.0)), 5.0);
-        creep.contact = Contact::Ideal;
+        creep.contact = IndenterContact::Ideal;
         let mut closed = piece.creep(1.0, Seconds(1e-3));
         let mut worst = 0.0;
         let reached = creep.simulate(&mut |sample| {
