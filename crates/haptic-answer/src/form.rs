@@ -47,9 +47,17 @@ pub fn document(
 ) -> Result<Document, Failure> {
     let mut document = Document::new(kind);
     // Null and an empty field of a form are the default.
+    let is_given = |value: &Value| !value.is_null() && *value != "";
+    let of_tissue = parameters.get("tissue").is_some_and(is_given);
+    // A suggestion that nobody changed was not asked for where a tissue takes its place.
+    let is_suggestion = |key: &str, value: &Value| {
+        SUGGESTED.iter().any(|&(form, known, number)| {
+            (form, known) == (kind, key) && value.as_f64() == Some(number)
+        })
+    };
     let given = parameters
         .iter()
-        .filter(|(_, value)| !value.is_null() && **value != "");
+        .filter(|(key, value)| is_given(value) && !(of_tissue && is_suggestion(key, value)));
     for (key, value) in given {
         let mut known = tables.iter().flat_map(|(_, table)| *table);
         let known = known.find(|known| known.key == key);

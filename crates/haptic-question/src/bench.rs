@@ -2,10 +2,8 @@
 
 use fracdiff::{Order, Scheme, SchemeError};
 use haptic_analysis::{SampledLoop, StableArea};
-use haptic_document::parameters::{
-    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, MASS, SAMPLE_TIME, SCHEME, SIMULATED,
-};
 use haptic_document::parameters::{Parameter, joined};
+use haptic_document::parameters::{SAMPLE_TIME, SCHEME, SIMULATED};
 use haptic_document::{Failure, FileError, Table};
 use haptic_loop::plant::MassDamperConfig;
 use haptic_trial::advice::check;

@@ -20,18 +20,7 @@ pub(crate) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
             kinds.join(", ")
         )));
     }
-    let tissue = parameters.get("tissue").and_then(Value::as_str);
-    let mut parameters = parameters.clone();
-    // A suggestion that nobody changed was not asked for: the tissue takes its place.
-    if tissue.is_some_and(|tissue| !tissue.is_empty()) {
-        let suggested = SUGGESTED.iter().filter(|known| known.0 == kind);
-        for &(_, key, number) in suggested {
-            if parameters.get(key).and_then(Value::as_f64) == Some(number) {
-                parameters.remove(key);
-            }
-        }
-    }
-    haptic_answer::form::document(kind, &of_kind(kind), &parameters, &FILES)
+    haptic_answer::form::document(kind, &of_kind(kind), parameters, &FILES)
 }
 
 pub(crate) const FILES: Files = Files {
