@@ -145,13 +145,13 @@ impl TableDetails {
     /// # Errors
     /// Columns that do not make exactly one record; bad numbers, with their lines; more of them than may be left out.
     pub fn record(&self, columns: Columns) -> Result<Understood, IdentifyError> {
-        Assembly(columns).record(self)
+        Assembly(columns, None).record(self)
     }
 }
 
-/// Columns that become a record.
+/// Columns that become a record, and the phase or loss tangent of which, with |G*|, storage and loss modulus were made.
 #[derive(Clone)]
-struct Assembly(Columns);
+struct Assembly(Columns, Option<Column>);
 
 impl Assembly {
     fn record(mut self, reading: &TableDetails) -> Result<Understood, IdentifyError> {
@@ -647,6 +647,10 @@ impl Assembly {
             .or_else(|| each(complex, &tangent, |size, t| size / libm::sqrt(1.0 + t * t)))
             .or_else(|| each(loss, &tangent, |loss, t| loss / t));
         let Some(storage) = storage else { return };
+        if self.0.has(Column::Complex) && !self.0.has(Column::Storage) {
+            let turns = [Column::LossTangent, Column::Phase];
+            self.1 = turns.into_iter().find(|column| self.0.has(*column));
+        }
         let pairs = storage.iter().zip(tangent);
         let loss = pairs.map(|(storage, t)| storage * t).collect();
         let made = [
@@ -780,14 +784,28 @@ impl Assembly {
             self.0.lines = order.iter().map(|&i| self.0.lines[i]).collect();
         }
         let record = Record::oscillation(sorted(&omega), sorted(&storage), sorted(&loss))?;
-        let both = [Column::Storage, Column::Loss];
+        let both = match self.1 {
+            Some(turn) => [Column::Complex, turn],
+            None => [Column::Storage, Column::Loss],
+        };
         let has_errors = |column: &Column| self.0.errors.iter().any(|errors| errors.0 == *column);
         if !both.iter().all(has_errors) {
             return Ok(record);
         }
         let errors = both.map(|column| sorted(&self.errors_of(column, 1.0)));
-        let [of_storage, of_loss]: [Vec<f64>; 2] = errors;
-        record.with_errors(&of_storage, &of_loss)
+        let [first, mut second]: [Vec<f64>; 2] = errors;
+        if self.1 == Some(Column::LossTangent) {
+            // dδ = d tan δ/(1 + tan² δ).
+            for (error, &row) in second.iter_mut().zip(&order) {
+                let tangent = loss[row] / storage[row];
+                *error /= 1.0 + tangent * tangent;
+            }
+        }
+        if self.1.is_some() {
+            record.with_polar_errors(&first, &second)
+        } else {
+            record.with_errors(&first, &second)
+        }
     }
 
     /// Times, or the same one for all samples of a table without.

@@ -33,6 +33,9 @@ pub(super) fn intervals(
         residuals[i] = slope.value / target.noise_size(i);
         curve[i] = slope.value + target.wanted(i);
     });
+    target.apart(candidate, &best.elements, |i, residual| {
+        curve[i] = residual + target.wanted(i);
+    });
     let alike = n as f64 / independent;
     let block = if alike > 1.0 { 4.0 * alike } else { 1.0 };
     let block = (block.ceil() as usize).clamp(1, (n / 8).max(1));
@@ -46,6 +49,7 @@ pub(super) fn intervals(
                 return None;
             }
             let drawn = draw(&residuals, block, seed.wrapping_add(record as u64));
+            let drawn = target.sharing(drawn);
             let pairs = curve.iter().zip(drawn).enumerate();
             let values =
                 pairs.map(|(n, (curve, residual))| curve + residual * target.noise_size(n));

@@ -146,6 +146,10 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
             }
         }
     });
+    target.apart(candidate, elements, |i, residual| {
+        predicted[i] = target.modelled(i, residual);
+        residuals[i] = residual * target.scale;
+    });
     let fitted = free.len() + target.nuisance;
     let independent = independent(&weighted, n / target.samples(), fitted);
     let freedom = (independent - fitted as f64).max(1.0);

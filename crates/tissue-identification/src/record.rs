@@ -118,6 +118,8 @@ pub struct Record {
     pub(super) second: Vec<f64>,
     /// Errors of the values that are fitted, in their unit, all of `first` before those of `second`; none if they are not known.
     pub(super) errors: Vec<f64>,
+    /// Correlation of the errors of storage and loss modulus of each sample; none where they are independent.
+    pub(super) shared: Vec<f64>,
     /// The number of each sample among those that were given, and their unit over that of the values that are fitted.
     given: Vec<usize>,
     per: f64,
@@ -682,21 +684,7 @@ impl Record {
         let is_sweep = self.kind == RecordKind::Oscillation;
         let parts = [Some(errors), is_sweep.then_some(of_loss)];
         for part in parts.into_iter().flatten() {
-            if given.iter().any(|n| *n >= part.len()) {
-                return Err(IdentifyError::Record(
-                    "there is not an error for each sample: give one for each, or none".to_owned(),
-                ));
-            }
-            let wrong = part
-                .iter()
-                .position(|error| !(*error > 0.0 && error.is_finite()));
-            without(wrong, |index| {
-                format!(
-                    "the error {} is not above 0 and finite: correct it, omit the row, or give {}, which leaves all errors out",
-                    Shown(part[index]),
-                    WEIGHTS.set_to("equal")
-                )
-            })?;
+            are_errors(part, given)?;
             self.errors
                 .extend(given.iter().map(|n| part[*n] / self.per));
         }
@@ -704,6 +692,42 @@ impl Record {
             touch.error_n = errors[..touch.force_n.len()].to_vec();
         }
         Ok(self)
+    }
+
+    /// Oscillation with an error of the size |G*|, Pa, and of the phase δ, rad, of each sample, as a rheometer shows them. G′ and G″ share both:
+    /// ```text
+    /// s′² = (u·cos δ)² + (v·sin δ)²     s″² = (u·sin δ)² + (v·cos δ)²     ρ = (u² − v²)·sin δ·cos δ/(s′·s″)     v = |G*|·(error of δ)
+    /// ```
+    ///
+    /// # Errors
+    /// A record of another kind; otherwise those of [`with_errors`](Self::with_errors).
+    pub fn with_polar_errors(
+        self,
+        of_size_pa: &[f64],
+        of_phase_rad: &[f64],
+    ) -> Result<Self, IdentifyError> {
+        if self.kind != RecordKind::Oscillation {
+            return Err(IdentifyError::Record(format!(
+                "errors of |G*| and of its phase are those of an oscillation, and the record is of kind {}: give those of its values",
+                self.kind.name()
+            )));
+        }
+        are_errors(of_size_pa, &self.given)?;
+        are_errors(of_phase_rad, &self.given)?;
+        let mut errors = [(); 2].map(|()| vec![1.0; of_size_pa.len()]);
+        let mut shared = Vec::with_capacity(self.given.len());
+        let moduli = self.first.iter().zip(&self.second);
+        for (row, (storage, loss)) in self.given.iter().zip(moduli) {
+            let size = libm::hypot(*storage, *loss);
+            let (cos, sin) = (storage / size, loss / size);
+            let (along, across) = (of_size_pa[*row], size * of_phase_rad[*row]);
+            errors[0][*row] = libm::hypot(along * cos, across * sin);
+            errors[1][*row] = libm::hypot(along * sin, across * cos);
+            let product = (along - across) * (along + across) * sin * cos;
+            shared.push(product / (errors[0][*row] * errors[1][*row]));
+        }
+        let record = self.with_errors(&errors[0], &errors[1])?;
+        Ok(Self { shared, ..record })
     }
 
     /// Record with what the instrument of a motion leaves open of its force: columns, a number for each sample, over the noise, of which a sum with
@@ -900,6 +924,7 @@ impl Record {
         Self {
             kind,
             given: Vec::new(),
+            shared: Vec::new(),
             per: 1.0,
             errors: Vec::new(),
             x,
@@ -1085,6 +1110,25 @@ fn without(wrong: Option<usize>, reason: impl Fn(usize) -> String) -> Result<(),
     wrong.map_or(Ok(()), |index| {
         let reason = reason(index);
         Err(IdentifyError::Sample { index, reason })
+    })
+}
+
+/// Refuses errors of fewer samples than were given, and such as are not above 0.
+fn are_errors(errors: &[f64], given: &[usize]) -> Result<(), IdentifyError> {
+    if given.iter().any(|n| *n >= errors.len()) {
+        return Err(IdentifyError::Record(
+            "there is not an error for each sample: give one for each, or none".to_owned(),
+        ));
+    }
+    let wrong = errors
+        .iter()
+        .position(|error| !(*error > 0.0 && error.is_finite()));
+    without(wrong, |index| {
+        format!(
+            "the error {} is not above 0 and finite: correct it, omit the row, or give {}, which leaves all errors out",
+            Shown(errors[index]),
+            WEIGHTS.set_to("equal")
+        )
     })
 }
 

@@ -38,6 +38,8 @@ const POINTS: usize = 1000;
 /// No force transducer is better than this share of its reading (ISO 376, class 00): a smaller residual of a motion, between whose samples
 /// the strain is not known, or of what a loop rendered, does not justify another parameter.
 pub(super) const EXACT: f64 = 5e-4;
+/// Least square of a share of an error that another one does not tell.
+const ALIKE: f64 = 1e-12;
 /// Accuracy of calculated moduli and compliances, whose noise is as small as it shows itself.
 const CALCULATED: f64 = 1e-6;
 
@@ -71,6 +73,8 @@ pub(super) struct Target<'a> {
     /// Parts of the residuals that are taken out of them, and what of these is expected and is no part of the target values; none if nothing is.
     doubts: Doubts,
     expected: Vec<f64>,
+    /// Correlation of the errors of storage and loss modulus of each sample; none if they are independent.
+    shared: Vec<f64>,
     /// The noise through whose filter the residuals go.
     noise: Autoregression,
     /// Nobody waits for the fit any more.
@@ -182,9 +186,15 @@ impl<'a> Target<'a> {
         let pairs = wanted.iter_mut().zip(&expected);
         pairs.for_each(|(wanted, expected)| *wanted -= expected);
         let open: Vec<Vec<f64>> = record.bounded.iter().map(of_chosen).collect();
+        let shared = if error.is_some() {
+            &record.shared[..]
+        } else {
+            &[]
+        };
         Self {
             doubts: Doubts::new(roots.len(), &[], &open),
             expected,
+            shared: shared.to_vec(),
             rows: match stepped {
                 Some(stepped) => Rows::Stepped(stepped),
                 None => Rows::Sampled(quantity, relative),
@@ -266,6 +276,7 @@ impl<'a> Target<'a> {
             lengths: samples.iter().map(compared).collect(),
             doubts: Doubts::default(),
             expected: Vec::new(),
+            shared: Vec::new(),
             noise: Autoregression::default(),
             stop,
             rows: Rows::History(history),
@@ -313,6 +324,7 @@ impl<'a> Target<'a> {
     pub(super) fn compressed(&self) -> Self {
         let (wanted, roots) = (&self.wanted, &self.roots);
         let compressed = match &self.rows {
+            Rows::Sampled(..) if !self.shared.is_empty() => None,
             Rows::Sampled(quantity, ln_x) => Binned::new(*quantity, ln_x, wanted, roots)
                 .map(|(binned, wanted)| (Rows::Binned(binned), wanted)),
             Rows::History(history) => (history.compressed(wanted, roots))
@@ -328,6 +340,7 @@ impl<'a> Target<'a> {
                 lengths: Vec::new(),
                 doubts: Doubts::default(),
                 expected: Vec::new(),
+                shared: Vec::new(),
                 noise: Autoregression::default(),
                 ..*self
             },
@@ -372,6 +385,7 @@ impl<'a> Target<'a> {
             lengths: Vec::new(),
             doubts: Doubts::default(),
             expected: Vec::new(),
+            shared: Vec::new(),
             noise: Autoregression::default(),
             ..*self
         }
@@ -414,6 +428,7 @@ impl<'a> Target<'a> {
         };
         averaged.rows = Rows::Sampled(*quantity, means(ln_x));
         (averaged.wanted, averaged.roots) = (means(&self.wanted), means(&self.roots));
+        averaged.shared = means(&self.shared);
         averaged.lengths = self.lengths.iter().map(|n| n.div_ceil(block)).collect();
         averaged.exact = EXACT * EXACT * averaged.roots.len() as f64;
         averaged
@@ -456,17 +471,43 @@ impl<'a> Target<'a> {
     }
 
     const fn is_plain(&self) -> bool {
-        self.noise.order() == 0 && self.doubts.is_empty()
+        self.noise.order() == 0 && self.doubts.is_empty() && self.shared.is_empty()
     }
 
     fn through_filter(&self, column: &[f64]) -> Vec<f64> {
         let mut column = column.to_vec();
+        // Of two errors that share a part, the second less what the first tells of it.
+        let (first, second) = column.split_at_mut(self.shared.len());
+        for ((first, second), shared) in first.iter().zip(second).zip(&self.shared) {
+            *second = (*second - shared * first) / own(*shared);
+        }
         self.doubts.take_out(&mut column, &[]);
         if self.noise.order() == 0 {
             return column;
         }
         let series = self.series(&column).into_iter();
         series.flat_map(|part| self.noise.whitened(part)).collect()
+    }
+
+    /// Residuals with their own errors of draws of errors that share nothing.
+    pub(super) fn sharing(&self, mut drawn: Vec<f64>) -> Vec<f64> {
+        let (first, second) = drawn.split_at_mut(self.shared.len());
+        for ((first, second), shared) in first.iter().zip(second).zip(&self.shared) {
+            *second = own(*shared) * *second + shared * first;
+        }
+        drawn
+    }
+
+    /// Residuals of values that share an error, each by itself, as what the model misses there is shown; nothing of others.
+    pub(super) fn apart(
+        &self,
+        candidate: Candidate,
+        elements: &Elements,
+        mut each: impl FnMut(usize, f64),
+    ) {
+        if !self.shared.is_empty() {
+            self.plain_residuals(candidate, elements, |n, _, slope| each(n, slope.value));
+        }
     }
 
     fn plain_residuals(
@@ -664,6 +705,9 @@ impl<'a> Target<'a> {
 
     /// A column without what the doubts make of it, one number a residual.
     pub(super) fn undoubted(&self, column: &[f64]) -> Vec<f64> {
+        if !self.shared.is_empty() {
+            return column.to_vec();
+        }
         let weighted = self.through(column).into_iter().zip(&self.roots);
         weighted.map(|(value, root)| value / root).collect()
     }
@@ -695,6 +739,11 @@ impl<'a> Target<'a> {
             }
         }
     }
+}
+
+/// Share of a second error that the first does not tell.
+fn own(shared: f64) -> f64 {
+    libm::sqrt(((1.0 - shared) * (1.0 + shared)).max(ALIKE))
 }
 
 fn ends(values: &[f64]) -> (f64, f64) {

@@ -265,7 +265,7 @@ fn made_tissues_are_chosen_as_what_they_are_or_simpler_and_held_by_their_interva
                 case.noise
             );
         }
-        // Modes of a series are nearly alike, and their errors are those of a straight line.
+        // Modes of a series are nearly alike, and draw slow noise.
         let of_series = usize::from(*kind == ModelKind::Prony);
         let all = usize::from(is_same) * parameters.len();
         inside[of_series] += held;
