@@ -3,7 +3,6 @@
 use super::*;
 use fracdiff::{Order, Scheme};
 use haptic_link::{Configuration, Limits, LoopMode, Refusal, Simulation, Start, State};
-use haptic_loop::nalgebra::SMatrix;
 use haptic_loop::plant::{HeldRig, Holder, RampHold, RigDrive};
 use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Controller, SafetyChain, SpringDamper};
