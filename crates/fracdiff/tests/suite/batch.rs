@@ -106,22 +106,6 @@ fn the_samples_that_are_not_finite_spoil_what_they_reach_and_nothing_else() {
 }
 
 #[test]
-fn behind_a_gap_a_short_memory_is_as_if_there_had_been_none() {
-    let mut x = lively(1000);
-    x[300] = f64::NAN;
-    let batch = Batch::short_memory(order(0.5), 50, SAMPLE_TIME).expect("valid");
-    let operator = ShortMemoryVec::<f64>::new(order(0.5), 50, SAMPLE_TIME).expect("valid");
-    let (have, want) = (batch.run(&x), run(&operator, &x));
-    for n in 0..1000 {
-        assert_eq!(have[n].is_nan(), want[n].is_nan(), "{n}");
-        assert!(
-            want[n].is_nan() || (have[n] - want[n]).abs() < 1e-12 * 30.0,
-            "{n}"
-        );
-    }
-}
-
-#[test]
 fn a_reference_is_where_the_signal_stood_before() {
     let x = lively(600);
     let batch = Batch::full_history(Kernel::Grunwald, order(0.5), SAMPLE_TIME).expect("valid");
@@ -197,22 +181,6 @@ fn uneven_times_give_the_closed_form_of_a_ramp_and_of_a_line_that_bends() {
 
 fn t_first() -> f64 {
     uneven_times(1)[0]
-}
-
-#[test]
-fn even_times_give_what_the_even_kernel_gives() {
-    let (t, count) = (Seconds(1e-2), 300);
-    let x: Vec<f64> = (0..count).map(|n| (f64::from(n) * 0.1).sin()).collect();
-    let times: Vec<f64> = (0..count).map(|n| f64::from(n) * t.0).collect();
-    for mu in [-1.5, -0.5, 0.3, 0.8] {
-        let even = Batch::full_history(Kernel::PiecewiseLinear, order(mu), t).expect("valid");
-        let want = even.run(&x);
-        let have = uneven(order(mu), &times, &x, 0.0).expect("valid");
-        let largest = want.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
-        for (have, want) in have.iter().zip(&want) {
-            assert!((have - want).abs() < 1e-11 * largest, "{mu}: {have} {want}");
-        }
-    }
 }
 
 #[test]

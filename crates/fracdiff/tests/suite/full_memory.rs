@@ -165,17 +165,6 @@ fn it_refuses_what_it_cannot_reach() {
 }
 
 #[test]
-fn shifting_the_input_shifts_the_output_bit_for_bit() {
-    let x = lively(600);
-    for mu in [-1.5, -0.5, 0.2247, 1.5] {
-        let operator = full::<f32>(Kernel::Grunwald, mu, 1e-6);
-        let mut late = vec![0.0; 123];
-        late.extend_from_slice(&x);
-        assert_eq!(run(&operator, &late)[123..], run(&operator, &x)[..]);
-    }
-}
-
-#[test]
 fn a_step_in_two_phases_is_the_same_as_one() {
     let operator = full::<f64>(Kernel::Grunwald, 0.5, 1e-6);
     let (mut once, mut twice) = (operator.at_rest(), operator.at_rest());

@@ -3,7 +3,6 @@
 use crate::oracle::order;
 use fracdiff::full_memory::{Design, Kernel};
 use fracdiff::{grunwald_weight, grunwald_weights, muir_coefficients, piecewise_linear_weight};
-use proptest::prelude::*;
 
 const GOLDEN: &str = include_str!("../golden/weights.csv");
 
@@ -127,29 +126,6 @@ fn muir_polynomial_of_degree_3_is_the_dissertations() {
 }
 
 #[test]
-fn muir_polynomial_of_even_degree_is_the_one_before() {
-    let (mut even, mut odd) = ([0.0; 9], [0.0; 8]);
-    muir_coefficients(order(0.7), &mut even);
-    muir_coefficients(order(0.7), &mut odd);
-    assert_eq!(even[..8], odd);
-    assert_eq!(even[8], 0.0);
-}
-
-#[test]
-fn muir_polynomial_of_the_opposite_order_has_every_other_sign_turned() {
-    // A_n(w, −μ) = A_n(−w, μ), to the last bit.
-    for mu in [0.0, 0.2247, 0.5, 0.999, 1.7] {
-        for degree in 0..=21 {
-            let (mut one, mut other) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);
-            muir_coefficients(order(mu), &mut one);
-            muir_coefficients(order(-mu), &mut other);
-            one.iter_mut().skip(1).step_by(2).for_each(|a| *a = -*a);
-            assert_eq!(one, other, "{mu} {degree}");
-        }
-    }
-}
-
-#[test]
 fn muir_polynomials_solve_their_defining_recursion() {
     // A_n(w) = A_{n−1}(w) − c_n·wⁿ·A_{n−1}(1/w), from vectors kept apart.
     let mu = 0.6;
@@ -164,48 +140,5 @@ fn muir_polynomials_solve_their_defining_recursion() {
         let mut have = vec![0.0; n + 1];
         muir_coefficients(order(mu), &mut have);
         crate::oracle::assert_close(&have, &want, 1e-14);
-    }
-}
-
-#[test]
-fn ratio_of_muir_polynomials_has_the_series_of_the_tustin_operator() {
-    // ((1 − w)/(1 + w))^μ up to w^n: multiply A_n(w, −μ) with the series and compare with A_n(w, μ).
-    let mu = 0.4;
-    const N: usize = 9;
-    let (mut a, mut b) = ([0.0; N + 1], [0.0; N + 1]);
-    muir_coefficients(order(mu), &mut a);
-    muir_coefficients(order(-mu), &mut b);
-    let minus: Vec<f64> = grunwald_weights(order(mu)).take(N + 1).collect(); // (1 − w)^μ
-    let plus: Vec<f64> = grunwald_weights(order(-mu))
-        .take(N + 1)
-        .enumerate()
-        .map(|(j, c)| if j % 2 == 0 { c } else { -c }) // (1 + w)^(−μ)
-        .collect();
-    let product = |p: &[f64], q: &[f64]| -> Vec<f64> {
-        (0..=N)
-            .map(|n| (0..=n).map(|j| p[j] * q[n - j]).sum())
-            .collect()
-    };
-    let tustin = product(&minus, &plus);
-    crate::oracle::assert_close(&product(&tustin, &b), &a, 1e-14);
-}
-
-proptest! {
-    #[test]
-    fn weights_of_two_orders_multiply_to_those_of_their_sum(a in -1.0..1.0, b in -1.0..1.0_f64) {
-        // (1 − w)^a (1 − w)^b = (1 − w)^(a+b)
-        let take = |mu: f64| grunwald_weights(order(mu)).take(40).collect::<Vec<_>>();
-        let (p, q, want) = (take(a), take(b), take(a + b));
-        for n in 0..40 {
-            let have: f64 = (0..=n).map(|j| p[j] * q[n - j]).sum();
-            prop_assert!((have - want[n]).abs() < 1e-13, "lag {}: {} {}", n, have, want[n]);
-        }
-    }
-
-    #[test]
-    fn closed_form_and_recurrence_agree(mu in -2.0..2.0_f64, lag in 0_u64..5000) {
-        let want = grunwald_weights(order(mu)).nth(lag as usize).expect("endless");
-        let have = grunwald_weight(order(mu), lag);
-        prop_assert!((have - want).abs() <= 1e-12 * want.abs(), "{} {}", have, want);
     }
 }

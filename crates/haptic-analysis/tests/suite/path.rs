@@ -144,38 +144,6 @@ fn matrices_that_cannot_be_sampled_are_refused_in_one_line() {
     }
 }
 
-/// Two masses coupled by a spring and a damper, the force on the first, the encoder on the second: a device with a soft drive.
-#[test]
-fn a_plant_of_four_states_is_judged_as_its_eigenvalues_say() {
-    let (m1, m2, k, b) = (0.05, 0.03, 4000.0, 2.0);
-    #[rustfmt::skip]
-    let a = [
-        0.0,     1.0,            0.0,     0.0,
-        -k / m1, -(b + 1.0) / m1, k / m1,  b / m1,
-        0.0,     0.0,            0.0,     1.0,
-        k / m2,  b / m2,         -k / m2, -(b + 0.5) / m2,
-    ];
-    let (input, output) = ([0.0, 1.0 / m1, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]);
-    let mut random = Random(11);
-    let mut stable = 0;
-    for _ in 0..200 {
-        let way = path(random.between(0.0, 3.0), random.between(0.1, 2.0));
-        let plant = SampledPlant::linear(&a, &input, &output, 1e-3, m1 + m2, way);
-        let plant = plant.expect("in range");
-        let operator = operator("muir:3", random.between(0.0, 2.0));
-        let (alpha, beta) = (random.between(0.0, 0.03), random.between(0.0, 0.1));
-        let subject = SampledLoop::with_plant(plant, alpha, beta, &operator).expect("in range");
-        let verdict = subject.verdict();
-        let radius = subject.spectral_radius().expect("a polynomial");
-        if (radius - 1.0).abs() < 1e-9 {
-            continue;
-        }
-        assert_eq!(verdict.stable, radius < 1.0, "{plant:?}");
-        stable += usize::from(verdict.stable);
-    }
-    assert!(stable > 40 && stable < 190, "{stable}");
-}
-
 /// The series elastic actuator of the guide under a damper alone: two poles at rest, of which rounding makes a pair beside 1.
 #[test]
 fn a_law_without_a_spring_drifts_on_an_actuator_that_rests_anywhere_and_is_judged_as_its_motion_is()

@@ -56,28 +56,6 @@ fn the_anchors_with_delay_and_damping_are_met_to_the_digits_printed() {
     }
 }
 
-#[test]
-fn spring_only_regions_are_triangles() {
-    // μ = 0: K and B add up. δ = 0.2: α + β < limit where the poles leave at an angle.
-    let have = area("exact", 0.0, 0.2, 0.0, 0);
-    assert_eq!(have.polygons.len(), 1);
-    assert_close("β", have.beta_max, have.alpha_max, 1e-12);
-    assert_close(
-        "area",
-        have.area,
-        0.5 * have.alpha_max * have.alpha_max,
-        1e-12,
-    );
-    // Jury for z² − (1 + e)z + e + κ(n₁z + n₀): e + κn₀ < 1.
-    let plant = SampledPlant::new(0.2, 0.0).expect("in range");
-    let want = (1.0 - plant.denominator()[2]) / plant.numerator()[1];
-    assert_close("α", have.alpha_max, want, 1e-9);
-    // Without any damping nothing holds: empty, and it says so.
-    let empty = region_of(&operator("exact", 0.0), 0.0, 0.0, 0);
-    assert!(empty.bounded().is_none());
-    assert!(!empty.contains(0.1, 0.1));
-}
-
 /// A loop but for its stiffness and dissipation.
 #[derive(Debug)]
 struct Drawn {

@@ -186,45 +186,6 @@ fn stiffest(operator: &LoopOperator, beta: f64, delta: f64, delay: usize) -> f64
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn the_exact_operator_agrees_with_a_full_memory_and_long_grunwald_sums() {
-    let mut random = Random(99);
-    let mut checked = 0;
-    for case in 0..60 {
-        let order = random.between(0.05, 1.95);
-        let exact = operator("exact", order);
-        let full = operator("full:1e-9", order);
-        let long = operator("grunwald:3000", order);
-        for _ in 0..20 {
-            let parameters = wall(
-                random.between(0.05, 1.5),
-                random.between(0.05, 1.5),
-                random.or_nothing(0.5),
-                random.or_nothing(0.5),
-            );
-            let delay = case % 3;
-            let verdict = |operator| {
-                let subject = SampledLoop::new(parameters, operator, delay);
-                subject.expect("in range").verdict()
-            };
-            let want = verdict(&exact);
-            // Truncation moves P by about N^(−μ) at most; skip loops closer to the boundary.
-            if want.distance < 0.02 {
-                continue;
-            }
-            let (full, what) = (verdict(&full), format!("μ = {order}, {parameters:?}"));
-            assert_eq!(full.unstable_poles, want.unstable_poles, "full, {what}");
-            if order > 0.6 {
-                let long = verdict(&long).unstable_poles;
-                assert_eq!(long, want.unstable_poles, "long, {what}");
-            }
-            checked += 1;
-        }
-    }
-    assert!(checked > 300, "{checked}");
-}
-
-#[test]
 fn bad_input_is_refused_in_words() {
     let order = Order::new(-0.5).expect("an order");
     let integral = LoopOperator::new(Scheme::Exact, order, Seconds(1e-3), 1e3);

@@ -281,21 +281,6 @@ fn every_trouble_brings_the_command_to_rest_within_the_stop_time_and_it_stays_th
 }
 
 #[test]
-fn a_host_that_falls_silent_leaves_no_motion() {
-    let (_folder, path) = file(ROBOT);
-    let mut it = Pushed::ready(&path, 1);
-    it.pushed(8.0);
-    it.steps(150);
-    it.bench.is_there = false;
-    it.steps(u32::from(WATCHDOG_MS) + STOP + 2);
-    assert_eq!(it.bench.handle.fault(), Some(Fault::HostSilent));
-    for _ in 0..200 {
-        it.step();
-        assert_eq!(it.bench.force_n, [0.0; 3]);
-    }
-}
-
-#[test]
 fn a_hundred_thousand_hostile_ticks_never_leave_the_limits() {
     hostile_ticks(100_000);
 }
@@ -387,22 +372,6 @@ fn it_is_not_driven_before_its_sensor_has_rested_nor_with_an_offset() {
     it.steps(500);
     assert!(it.plant.position[0].abs() < 1e-5);
     assert_eq!(it.bench.handle.fault(), None);
-}
-
-#[test]
-fn the_other_call_gives_nothing() {
-    let (_folder, path) = file(ROBOT);
-    let mut it = Pushed::ready(&path, 1);
-    it.pushed(8.0);
-    it.steps(100);
-    assert_ne!(it.bench.force_n, [0.0; 3]);
-    let time_us = it.bench.time_us + 1000;
-    let nothing = it.bench.ticker.tick(time_us, Some(&[0.0; 3]));
-    assert_eq!(nothing, [0.0; 3]);
-    let mut pushing = Bench::running(&description(1));
-    let (time_us, position_m) = (pushing.time_us + 1000, pushing.position_m);
-    let nothing = pushing.ticker.tick_motion(time_us, Some(&position_m));
-    assert_eq!(nothing, [0.0; 3]);
 }
 
 #[test]

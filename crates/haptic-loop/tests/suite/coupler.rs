@@ -1,7 +1,5 @@
 //! The virtual coupler: its defining sums, closed forms, energy, both precisions.
 
-mod closed_forms;
-
 use crate::T;
 use fracdiff::{Operator, Real, Scheme, Seconds, ShortMemory, grunwald_weights};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};

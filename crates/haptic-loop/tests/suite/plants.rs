@@ -136,19 +136,6 @@ fn a_sliding_mass_stops_where_friction_has_used_up_its_energy() {
 }
 
 #[test]
-fn friction_takes_its_force_off_a_push() {
-    // b·v = F - Fc once the velocity has settled, in either direction.
-    for sign in [1.0, -1.0] {
-        let mut plant = plant(MassDamperConfig {
-            friction: Newtons(0.2),
-            ..ideal(M, B, T)
-        });
-        (0..1000).for_each(|_| write(&mut plant, sign * 0.9));
-        assert_close("v", plant.velocity()[0], sign * 0.2, 1e-14);
-    }
-}
-
-#[test]
 fn axes_are_independent_bit_for_bit() {
     let config = MassDamperConfig {
         friction: Newtons(0.05),

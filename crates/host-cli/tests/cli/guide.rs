@@ -2,7 +2,6 @@
 //! keys is made from the tables.
 
 mod keys;
-mod lesson;
 mod models;
 mod reader;
 

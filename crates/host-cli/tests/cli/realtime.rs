@@ -39,16 +39,6 @@ fn rt_check_reports_the_contracts_keys() {
     assert!(advice.iter().all(Value::is_string), "{report}");
 }
 
-#[test]
-fn rt_check_measures_beside_busy_threads() {
-    let line = "rt-check --duration 0.1s --rate 1kHz --busy 1 --priority off --json";
-    let report = Place::new().run(line).succeeded().json();
-    are_percentiles(&report["rates"][0]["lateness_us"]);
-    assert_eq!(report["priority"], Value::Null);
-    assert_eq!(report["memory_locked"], false);
-    assert_eq!(report["busy"], 1);
-}
-
 /// The times of a run are complete, and their parts agree.
 fn is_whole(report: &Value) {
     let realtime = &report["realtime"];

@@ -6,6 +6,7 @@
 //! | `#` | a remark |
 //! | `@ linux` | the scene is played on Linux alone |
 //! | `@ examples` | the folder has the `experiments` and a record |
+//! | `@ page FILE` | the folder has this page of the guide |
 //! | `@ others` | the folder has the logs that `others/make_logs.py` made by the public packages |
 //! | `@ device OPTIONS` | an emulated device is at `serial:device`, and what is in the folder, `HERE`, too; `@ loosened` takes its limits away |
 //! | `+ FILE`, and `\| TEXT` below it | a file of these lines; `+ FOLDER/` is a folder |
@@ -267,6 +268,9 @@ impl Played {
                 let logs = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cli/others");
                 self.stage.place().shell(&format!("cp {logs}/*.mcap ."));
             }
+            ("page", stage) => stage
+                .place()
+                .write(options, testkit::book::chapter(options)),
             ("loosened", Stage::Device(device)) => device.loosen(),
             _ => panic!("no {what}"),
         }

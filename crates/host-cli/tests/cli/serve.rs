@@ -5,7 +5,7 @@ use serde_json::json;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
-use testkit::browser::{Page, parts};
+use testkit::browser::Page;
 use testkit::{assert_says, until};
 
 /// A server in a process of its own, killed when dropped.
@@ -104,20 +104,6 @@ fn it_ends_whatever_is_asked_of_it() {
     // Ctrl-C is that of another test.
     let (code, message) = served.signal("TERM");
     assert_eq!(code, Some(0), "{message}");
-}
-
-#[test]
-fn a_port_that_is_taken_is_bad_usage_with_the_remedy_in_a_line() {
-    let place = Place::new();
-    let served = Served::start(&place, SERVE);
-    let (host, _) = parts(&served.address);
-    let port = host.rsplit_once(':').expect("a port").1;
-    let second = place.run(&format!("serve --no-browser --port {port}"));
-    assert_eq!(second.code, Some(2), "{second}");
-    let want = format!(
-        "error: --port {port} is taken by another program: use another, or 0 for any that is free\n"
-    );
-    assert_eq!(second.stderr, want);
 }
 
 #[test]

@@ -199,24 +199,6 @@ fn margins_of_a_loop_without_any_spring_are_exact() {
     }
 }
 
-/// A damper: F/(1 − w) = 1 − cw + β(n₁w + n₀w²), stable for βn₀ < 1 and β(n₁ − n₀) < 1 + c.
-#[test]
-fn the_margin_of_a_damper_alone_is_its_closed_form() {
-    let operator = operator("exact", 1.0);
-    for delta in [0.0, 0.01, 0.1, 1.0, 3.0] {
-        let plant = SampledPlant::new(delta, 0.0).expect("in range");
-        let [n1, n0, product] = coefficients(&plant);
-        let least = (1.0 + product) / (n1 - n0).max(1e-300);
-        let edge = least.min(1.0 / n0);
-        for share in [1e-3, 0.1, 0.9] {
-            let closed = SampledLoop::with_plant(plant, 0.0, share * edge, &operator);
-            let margins = closed.expect("in range").beside_rest().margins();
-            let up = margins.expect("stable").gain_up.expect("an edge");
-            assert_relative("gain margin", up.value, 1.0 / share, 1e-9);
-        }
-    }
-}
-
 #[test]
 fn a_very_small_order_is_certified_although_its_response_jumps_at_rest() {
     // θ^0.001 climbs from 0 to 0.98 within the first 1e-9 rad.

@@ -1,9 +1,8 @@
-//! Two boards in virtual time, against the simulation of both, the poles of the linear pair, and each other.
+//! Two boards in virtual time, against the simulation of both and each other.
 
 use super::*;
 use fracdiff::{Order, Scheme};
 use haptic_link::{Configuration, Limits, LoopMode, Refusal, Simulation, Start, State};
-use haptic_loop::nalgebra::SMatrix;
 use haptic_loop::plant::{HeldRig, Holder, RampHold, RigDrive};
 use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Controller, SafetyChain, SpringDamper};
@@ -177,41 +176,6 @@ fn two_boards_and_the_simulation_of_both_make_the_same_forces() {
         }
         assert!(largest > 0.2, "{largest}");
     }
-}
-
-/// Eigenvalues of a sample of both masses under both springs, the indenter's a sample late: the slowest is the envelope of what is left.
-#[test]
-fn the_poles_of_the_linear_pair_are_the_decay_of_the_boards() {
-    let mut pair = Pair::new(FacingContact::COMPLIANT);
-    pair.run(&spring(600.0), &[0.0], [1000, 1000]);
-    let motion = pair.config.motion(true, T).expect("slow");
-    // x₁, v₁, x₂, v₂, and the position of the indenter a sample ago.
-    let mut closed = SMatrix::<f64, 5, 5>::zeros();
-    closed
-        .view_mut((0, 0), (4, 4))
-        .copy_from(&motion.view((0, 0), (4, 4)));
-    let (of_renderer, of_indenter) = (motion.column(6), motion.column(7));
-    for row in 0..4 {
-        closed[(row, 0)] -= 600.0 * of_renderer[row];
-        closed[(row, 4)] -= f64::from(GAIN) * of_indenter[row];
-    }
-    closed[(4, 2)] = 1.0;
-    let poles = closed.complex_eigenvalues();
-    let slowest = poles.iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
-    let (radius, turn) = slowest.expect("five").to_polar();
-    let ticks: Vec<f32> = (0..6000).map(|_| pair.tick_both()[0].0).collect();
-    let rest = ticks[5999];
-    let left = |from: usize| {
-        let window = ticks[from..from + 200].iter();
-        f64::from(window.fold(0.0, |most: f32, x| most.max((x - rest).abs())))
-    };
-    // Ten half turns, from peak to peak.
-    let from = 300;
-    let to = from + (10.0 * core::f64::consts::PI / turn.abs()).round() as usize;
-    let slope = (left(to) / left(from)).ln() / (to - from) as f64;
-    let want = radius.ln();
-    assert!(radius < 1.0 && left(to) > 1e-8, "{radius} {:e}", left(to));
-    assert!((slope / want - 1.0).abs() < 0.01, "{slope} {want}");
 }
 
 #[test]

@@ -90,28 +90,14 @@ fn every_limit_beyond_its_range_is_refused_by_name() {
 #[test]
 fn every_limit_at_the_end_of_its_range_is_good() {
     type Change = fn(&mut Limits);
-    let ends: [Change; 23] = [
-        |l| l.start_force_n = 1e6,
-        |l| l.start_force_n = f32::MIN_POSITIVE,
-        |l| l.rise_time_s = 60.0,
-        |l| l.rise_time_s = f32::MIN_POSITIVE,
-        |l| {
-            (l.workspace_low_m, l.workspace_high_m, l.workspace_soft_m) = (-100.0, 100.0, 100.0);
-        },
+    // Each number for itself is asked beside the document's range, in `haptic-trial`.
+    let ends: [Change; 10] = [
         |l| {
             (l.workspace_low_m, l.workspace_high_m, l.workspace_soft_m) = (-0.1, 0.2, 0.15);
         },
-        |l| (l.workspace_low_m, l.workspace_high_m) = (0.1, 0.1_f32.next_up()),
-        |l| (l.workspace_low_m, l.workspace_high_m) = (0.0, f32::MIN_POSITIVE),
-        |l| (l.speed_soft_m_per_s, l.speed_hard_m_per_s) = (0.0, 1e-6),
         |l| (l.speed_soft_m_per_s, l.speed_hard_m_per_s) = (100_f32.next_down(), 100.0),
-        |l| (l.velocity_bandwidth_hz, l.braking_n_s_per_m) = (0.1, f32::MIN_POSITIVE),
-        |l| (l.velocity_bandwidth_hz, l.braking_n_s_per_m) = (1e4, 5.0),
         |l| (l.device_mass_kg, l.braking_n_s_per_m, l.device_delay_ticks) = (0.065, 65.0, 0),
         |l| (l.device_mass_kg, l.braking_n_s_per_m) = (1e-6, 3e-4),
-        |l| (l.stop_time_s, l.brake_force_n) = (1.0, 0.0),
-        |l| (l.stuck_force_n, l.stuck_time_s, l.jump_m) = (1e4, 10.0, 1.0),
-        |l| (l.stop_time_s, l.brake_force_n, l.guard) = (1e-3, 10.0, GUARD),
         |l| (l.guard, l.guard.forget_s, l.guard.share) = (GUARD, 0.0, 1e-3),
         |l| (l.guard, l.guard.damping_n_s_per_m) = (GUARD, 1e-6),
         |l| {

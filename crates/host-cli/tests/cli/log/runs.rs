@@ -1,10 +1,8 @@
 //! `log plot` of several runs and of parts, and `log cut`.
 
 use crate::process::{Place, number};
-use haptic_log::record::{LogWriter, StartTime};
-use haptic_message::{END, EndKind, EventMessage, PerAxis, RunEnd, TickMessage};
-use serde_json::Value;
-use std::time::{Duration, UNIX_EPOCH};
+use haptic_log::record::LogWriter;
+use haptic_message::{PerAxis, TickMessage};
 use testkit::{assert_close, assert_says};
 
 const TICK_S: f64 = 1e-3;
@@ -139,53 +137,4 @@ fn two_axes_have_panels_of_their_own() {
     ended.refused(2, &["empty.mcap", "no ticks"]);
     let ended = place.run("log cut empty.mcap d.mcap --from 0s");
     ended.refused(2, &["no sample"]);
-}
-
-/// A run with metadata, events and an end, which has lost these ticks.
-fn run(place: &Place, lost: std::ops::Range<u64>) {
-    let mut log = LogWriter::create(&place.path("run.mcap")).expect("creates");
-    let values = [("mass_kg".to_owned(), "0.065".to_owned())];
-    log.metadata("experiment", values.into()).expect("takes");
-    let start = UNIX_EPOCH + Duration::from_secs(1_795_177_909);
-    log.starts_at(StartTime::at(start)).expect("takes");
-    for n in (0..2000).filter(|n| !lost.contains(n)) {
-        if n % 500 == 0 {
-            let event = EventMessage {
-                time_s: at(n),
-                kind: "phase".to_owned(),
-                text: format!("at {n}"),
-            };
-            log.event(&event).expect("takes");
-        }
-        log.tick(&straight(n, at(n), 0.0)).expect("takes");
-    }
-    let end = RunEnd {
-        ended: EndKind::Finished,
-        reason: String::new(),
-        planned_samples: 2000,
-        made_samples: 2000,
-        dropped_samples: lost.end - lost.start,
-    };
-    log.metadata(END, end.metadata()).expect("takes");
-    log.finish().expect("finishes");
-}
-
-#[test]
-fn a_cut_shows_what_is_missing_within_it() {
-    let place = Place::new();
-    run(&place, 700..710);
-    let cut = place.run("log cut run.mcap hole.mcap --from 0.5s --to 1s --json");
-    let cut = cut.failed(4).json();
-    assert_eq!(cut["gaps"][0]["missing"], Value::from(10));
-    place.run("log check hole.mcap").failed(4);
-    place.json("log cut run.mcap whole.mcap --from 1s");
-    place.json("log check whole.mcap");
-    // Of a damaged log too, and that is said.
-    let bytes = place.read("run.mcap");
-    place.write("torn.mcap", &bytes[..bytes.len() / 2]);
-    let torn = place
-        .run("log cut torn.mcap --from 0.1s --to 0.3s")
-        .failed(4);
-    assert_says(torn.error(), "torn.mcap & not whole");
-    place.json("log check torn.cut.mcap");
 }
