@@ -304,6 +304,34 @@ fn an_order_too_close_to_a_whole_one_is_that_one() {
 }
 
 #[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn the_response_is_that_of_the_impulse_response() {
+    // Σ h_j e^(−jθ·j) over enough of it: all of a finite memory, 400 000 samples of a recursive one.
+    for scheme in SCHEMES {
+        for mu in [0.2247, 0.9] {
+            let operator = build::<f64>(scheme, mu);
+            let mut impulse = vec![0.0; 400_000];
+            impulse[0] = SAMPLE_TIME.0.powf(mu);
+            let weights = run(&operator, &impulse);
+            for theta in [0.01, 0.5, 2.0, PI] {
+                let want: Complex<f64> = weights
+                    .iter()
+                    .enumerate()
+                    .map(|(j, h)| Complex::from_polar(*h, -theta * j as f64))
+                    .sum();
+                let have = operator.response(theta);
+                // What is cut off oscillates: about |h_N|/θ, 1e-5 for the full memory at 0.01.
+                let cut = 2.0 * weights[weights.len() - 1].abs() / theta;
+                assert!(
+                    (have - want).norm() <= 1e-9 + cut,
+                    "{scheme} μ {mu} θ {theta}: {have} {want}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn full_memory_has_the_exact_response_down_to_its_horizon() {
     for mu in [-0.5, 0.05, 0.2247, 0.9, 1.5] {
         let operator = full::<f64>(Kernel::Grunwald, mu, 1e-6);
@@ -327,6 +355,67 @@ fn the_exact_response_is_the_power_of_one_minus_w() {
             let have = ExactDifference(order(mu)).response(theta);
             assert!((have - want).norm() < 1e-9 * want.norm(), "{have} {want}");
         }
+    }
+}
+
+/// Error at t = 1 s of D^μ t² with step 1/n, against 2 t^(2−μ)/Γ(3 − μ).
+fn error_at_one_second(kernel: Kernel, mu: f64, n: u32) -> f64 {
+    let t = 1.0 / f64::from(n);
+    let design = fracdiff::full_memory::Design::<16, 64>::pruned(kernel, order(mu), 1e-10, 1e4)
+        .expect("reachable");
+    let operator = fracdiff::FullMemory::<f64, 16, 64>::new(&design, Seconds(t)).expect("valid");
+    let x: Vec<f64> = (0..=n).map(|k| (f64::from(k) * t).powi(2)).collect();
+    let want = 2.0 / libm::tgamma(3.0 - mu);
+    run(&operator, &x)[n as usize] - want
+}
+
+#[test]
+fn grunwald_converges_with_order_1_and_l1_with_order_2_minus_mu() {
+    for mu in [0.2247, 0.5, 0.8] {
+        let ratio =
+            |kernel| error_at_one_second(kernel, mu, 250) / error_at_one_second(kernel, mu, 500);
+        let grunwald = ratio(Kernel::Grunwald).log2();
+        assert!((grunwald - 1.0).abs() < 0.02, "μ {mu}: order {grunwald}");
+        let l1 = ratio(Kernel::PiecewiseLinear).log2();
+        // The next term of the L1 error, O(T²), is close for small μ.
+        assert!((l1 - (2.0 - mu)).abs() < 0.12, "μ {mu}: order {l1}");
+    }
+}
+
+#[test]
+fn two_derivatives_are_the_derivative_of_the_sum() {
+    let x = lively(2000);
+    // The last of them undo each other.
+    for (a, b) in [
+        (0.3, 0.4),
+        (0.7, 0.8),
+        (-0.4, 0.9),
+        (-0.5, -0.25),
+        (0.2247, -0.2247),
+        (1.0, -1.0),
+        (1.6, -1.6),
+    ] {
+        let once = run(&full::<f64>(Kernel::Grunwald, a, 1e-9), &x);
+        let twice = run(&full::<f64>(Kernel::Grunwald, b, 1e-9), &once);
+        let want = run(&full::<f64>(Kernel::Grunwald, a + b, 1e-9), &x);
+        assert_close(&twice, &want, 1e-6 * largest(&want));
+    }
+}
+
+#[test]
+fn truncation_never_exceeds_its_bound() {
+    const N: usize = 64;
+    for mu in [0.05, 0.2247, 0.7, 0.99] {
+        let short = ShortMemory::<f64, N>::new(order(mu), Seconds(1.0)).expect("valid");
+        let bound: f64 = grunwald_weights(order(mu)).take(N).sum();
+        // The worst signal of magnitude 1: opposite signs before and inside the window.
+        let x = vec![1.0; 5000];
+        let want = crate::oracle::grunwald_sum(mu, Seconds(1.0), x.len(), &x);
+        let forgotten = run(&short, &x)[4999] - want[4999];
+        assert!(forgotten <= bound, "{forgotten} {bound}");
+        assert!(forgotten > 0.5 * bound || mu < 0.3, "{forgotten} {bound}");
+        // Σ of the first N weights is the bound itself.
+        assert!((run(&short, &x)[4999] - bound).abs() < 1e-14);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::line::beyond;
 use crate::plane::{FORCE_N, Plane, configuration};
+use haptic_emulator::LineFaults;
 use haptic_link::{
     AxisWorkspace, DeviceReport, DigestBuilder, Field, Refusal, Request, Sample, SampleBatch,
     Scope, State, WorkspaceBox,
@@ -88,6 +89,43 @@ fn forces_of_another_number_of_axes_are_none_and_the_watchdog_sees_it() {
 }
 
 #[test]
+fn a_host_that_falls_silent_leaves_no_force() {
+    // A force that is too old is a fault of its own.
+    for fault in [Fault::HostSilent, Fault::StaleForce] {
+        let law = |sample: &Sample| forces(sample.tick.min(100), &[1.0, -1.0]);
+        let mut bench = Plane::running(law);
+        if fault == Fault::HostSilent {
+            bench.run_ms(50);
+            bench.vector_law = None;
+        }
+        bench.falls_to_zero(fault);
+    }
+}
+
+#[test]
+fn on_a_bad_line_no_force_is_beyond_its_limit() {
+    let faults = LineFaults {
+        drop: 0.05,
+        corrupt: 0.1,
+        duplicate: 0.05,
+        reorder: 0.05,
+        ..LineFaults::default()
+    };
+    let mut n = 0_u32;
+    let law = move |sample: &Sample| {
+        // Forces that change wildly, and are no limit's friends.
+        n = n.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let part = |shift: u32| f32::from((n >> shift) as u8) - 128.0;
+        forces(sample.tick, &[part(8), part(16)])
+    };
+    let mut bench = Plane::on_line(faults, law);
+    bench.run_ms(5000);
+    let largest = bench.norms.iter().copied().fold(0.0, f32::max);
+    assert!(largest > 0.9 * FORCE_N, "{largest} N");
+    assert!(largest <= FORCE_N * (1.0 + f32::EPSILON), "{largest} N");
+}
+
+#[test]
 fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
     let mut bench = Plane::running(spring);
     bench.run_ms(200);
@@ -141,7 +179,7 @@ fn square(half_m: f32) -> WorkspaceBox {
 
 #[test]
 fn beyond_its_own_range_of_places_an_axis_is_in_a_fault() {
-    let mut bench = Plane::set_to_last();
+    let mut bench = Plane::set_to_last(LineFaults::default());
     let mut narrow = square(0.05);
     narrow.axes[0].high_m = 0.004;
     bench
@@ -158,7 +196,7 @@ fn beyond_its_own_range_of_places_an_axis_is_in_a_fault() {
 
 #[test]
 fn a_box_that_is_none_or_would_last_is_refused() {
-    let mut bench = Plane::set_to_last();
+    let mut bench = Plane::set_to_last(LineFaults::default());
     let unsupported = Refusal::Unsupported(Field::WorkspaceLow);
     // Nothing is staged.
     assert_eq!(
@@ -190,7 +228,7 @@ fn a_box_that_is_none_or_would_last_is_refused() {
 
 #[test]
 fn the_digest_has_to_know_of_a_box() {
-    let mut bench = Plane::set_to_last();
+    let mut bench = Plane::set_to_last(LineFaults::default());
     let bounded = configuration();
     bench.answered(Request::Configure(bounded)).expect("staged");
     let block = haptic_link::CoefficientBlock::of(&[0.0], 0);

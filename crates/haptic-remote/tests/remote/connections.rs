@@ -143,6 +143,38 @@ fn forged_frames_do_nothing() {
     println!("{cases} forged frames, {refused} answered by a hello or a refusal");
 }
 
+#[test]
+fn a_whole_session_that_is_played_again_does_nothing() {
+    let mut bench = Bench::ideal();
+    bench.capture = Some(Vec::new());
+    let (configuration, values) = loose();
+    whole_session(&mut bench, configuration, &values);
+    let capture = bench.capture.take().expect("kept");
+    assert!(capture.len() > 50);
+    let (mut tight, values) = spring();
+    tight.limits.force_n = 1.0;
+    for reboot in [false, true] {
+        if reboot {
+            bench.reboot();
+        }
+        bench.hello();
+        bench.set(tight, &values).expect("good");
+        let fed = bench.session.fed();
+        let mut line = [0; FRAME_MAX];
+        for frame in &capture {
+            for &byte in frame {
+                bench.tell_device(byte, &mut line);
+            }
+            bench.run_ms(1);
+            assert_eq!((bench.state(), bench.force_n()), (State::Idle, 0.0));
+        }
+        assert_eq!(bench.session.fed(), fed);
+        assert_eq!(bench.device.borrow().configuration().0, &tight);
+        // Who was connected still is.
+        bench.done(Request::GetConfiguration);
+    }
+}
+
 /// An emulated device measures the silence of its host by this count, however fast its own clock is: an arming that
 /// did not count left it the watchdog time of a clock that may be 400 times as fast.
 #[test]

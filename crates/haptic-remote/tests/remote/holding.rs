@@ -348,7 +348,7 @@ fn a_device_without_controllers_says_so() {
     bench.hello();
     assert_eq!(bench.refused(Request::GetControllerCost), unsupported);
     assert_eq!(refused(&mut bench, &good, Scope::Run), unsupported);
-    let mut two = Plane::connected();
+    let mut two = Plane::connected(LineFaults::default());
     assert_eq!(two.refused(Request::GetControllerCost), unsupported);
     assert_eq!(two.hold(&good, Scope::Run), Err(unsupported));
 }

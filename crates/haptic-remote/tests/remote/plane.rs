@@ -16,16 +16,16 @@ pub(crate) type Plane = Bench<SimulatedAxes<2>, 2>;
 
 impl Plane {
     /// Connected, and nothing more.
-    pub(crate) fn connected() -> Self {
+    pub(crate) fn connected(faults: LineFaults) -> Self {
         let device = TickSide::new(SimulatedAxes::new("plane")).expect("starts");
-        let mut bench = Self::with(device, LineFaults::default(), 1);
+        let mut bench = Self::with(device, faults, 1);
         bench.hello();
         bench
     }
 
     /// Connected, and configured until something else is set.
-    pub(crate) fn set_to_last() -> Self {
-        let mut bench = Self::connected();
+    pub(crate) fn set_to_last(faults: LineFaults) -> Self {
+        let mut bench = Self::connected(faults);
         let lasting = bench.set_within(configuration(), None, Scope::Lasting);
         lasting.expect("good");
         bench
@@ -33,7 +33,15 @@ impl Plane {
 
     /// Connected, configured, armed and started, with a hand that pushes along x.
     pub(crate) fn running(law: impl FnMut(&Sample) -> Request + 'static) -> Self {
-        let mut bench = Self::set_to_last();
+        Self::on_line(LineFaults::default(), law)
+    }
+
+    /// Bench as by [`running`](Self::running), on a line with faults.
+    pub(crate) fn on_line(
+        faults: LineFaults,
+        law: impl FnMut(&Sample) -> Request + 'static,
+    ) -> Self {
+        let mut bench = Self::set_to_last(faults);
         bench.starts(law);
         bench
     }

@@ -59,6 +59,23 @@ fn every_format_takes_as_many_branches_as_it_has_by_itself() {
     }
 }
 
+#[test]
+fn more_branches_are_closer() {
+    let errors = [3, 6, 12, 24].map(|branches| {
+        let fit = PronyFit::new(&muscle(), branches, 1e-3, 1e3);
+        fit.expect("fits").max_relative_error
+    });
+    let closer = errors.is_sorted_by(|a, b| *b < 0.5 * *a);
+    assert!(closer, "{errors:?}");
+}
+
+#[test]
+fn a_prony_series_stays_as_it_is() {
+    let prony = model(ModelKind::Prony, &[2.0, 7.0, 0.1, 3.0, 5.0]);
+    let fit = PronyFit::new(&prony, 2, 1e-3, 1e3).expect("fits");
+    assert_eq!(fit.model().expect("valid"), prony);
+}
+
 /// Numbers of a line, whatever stands between them.
 fn numbers(line: &str) -> Vec<f64> {
     line.split([',', '<', '>', ' '])
@@ -117,13 +134,7 @@ fn read_back(format: ExportFormat, text: &str, fit: &PronyFit) -> Model {
                 let header = format!("\nTB,PRONY,1,1,{},{part}\n", fit.branches.len());
                 assert_says(&text, &header);
             }
-            let (_, shear) = text.split_once(",SHEAR\n").expect("a card");
-            let (shear, bulk) = shear.split_once("TB,PRONY").expect("the bulk");
-            let (_, bulk) = bulk.split_once(",BULK\n").expect("its data");
-            let [shear, bulk] = [shear, bulk].map(|part| {
-                let rows = part.lines().filter(|line| line.contains(','));
-                pairs_of_constants(&rows.map(numbers).collect::<Vec<_>>())
-            });
+            let [shear, bulk] = card(format, text);
             assert_eq!(shear, bulk);
             (instantaneous, shear)
         }
@@ -202,6 +213,104 @@ fn what_cannot_be_exported_is_refused_with_a_remedy() {
         )
         .expect_err("six terms");
     assert!(error.to_string().ends_with("use `branches` = 6"), "{error}");
+}
+
+/// (1 − what has relaxed) of a card's pairs at a time.
+fn left(pairs: &[[f64; 2]], time_s: f64) -> f64 {
+    let relaxed = |[share, tau]: &[f64; 2]| share * -libm::expm1(-time_s / tau);
+    1.0 - pairs.iter().map(relaxed).sum::<f64>()
+}
+
+/// The uniaxial stress of a finite-element program that reads a card: of a bar that is strained by 1 at once, whose sides are free
+/// at each of these times, with E(0) = 1.
+/// ```text
+/// side  0 = ∫ (K − ⅔G)(t − τ) dε_a + ∫ (2K + ⅔G)(t − τ) dε_s         G(0) = 1/(2(1 + ν)),  K(0) = 1/(3(1 − 2ν))
+/// end   σ = ∫ (K + 4⁄3·G)(t − τ) dε_a + ∫ (2K − 4⁄3·G)(t − τ) dε_s
+/// ```
+fn uniaxial(shear: &[[f64; 2]], bulk: &[[f64; 2]], ratio: f64, times: &[f64]) -> Vec<f64> {
+    if ratio >= 0.5 {
+        // No volume changes: E = 3G, whatever the bulk does.
+        return times.iter().map(|t| left(shear, *t)).collect();
+    }
+    let at = |t: f64| {
+        let shear = left(shear, t) / (2.0 * (1.0 + ratio));
+        (shear, left(bulk, t) / (3.0 * (1.0 - 2.0 * ratio)))
+    };
+    // The sides move at each time at once.
+    let mut moves: Vec<(f64, f64)> = Vec::new();
+    let stress = times.iter().map(|&t| {
+        let over = |modulus: &dyn Fn(f64, f64) -> f64, moves: &[(f64, f64)]| {
+            let each = moves.iter().map(|&(begin, by)| {
+                let (shear, bulk) = at(t - begin);
+                by * modulus(shear, bulk)
+            });
+            each.sum::<f64>()
+        };
+        let (shear, bulk) = at(t);
+        let held = bulk - 2.0 / 3.0 * shear + over(&|g, k| 2.0 * k + 2.0 / 3.0 * g, &moves);
+        let (first_shear, first_bulk) = at(0.0);
+        moves.push((t, -held / (2.0 * first_bulk + 2.0 / 3.0 * first_shear)));
+        bulk + 4.0 / 3.0 * shear + over(&|g, k| 2.0 * k - 4.0 / 3.0 * g, &moves)
+    });
+    stress.collect()
+}
+
+/// Shear and bulk pairs of a card.
+fn card(format: ExportFormat, text: &str) -> [Vec<[f64; 2]>; 2] {
+    let rows = |part: &str| -> Vec<Vec<f64>> {
+        let rows = part.lines().filter(|line| line.contains(','));
+        rows.map(numbers).collect()
+    };
+    match format {
+        ExportFormat::Abaqus => {
+            let (_, data) = text.split_once("TIME=PRONY\n").expect("a card");
+            [0, 1].map(|column| rows(data).iter().map(|row| [row[column], row[2]]).collect())
+        }
+        ExportFormat::Table | ExportFormat::Ansys | ExportFormat::Febio => {
+            let (_, data) = text.split_once(",SHEAR\n").expect("a card");
+            let (shear, bulk) = data.split_once("TB,PRONY").unwrap_or((data, ""));
+            let bulk = bulk.split_once(",BULK\n").map_or("", |(_, bulk)| bulk);
+            [shear, bulk].map(|part| pairs_of_constants(&rows(part)))
+        }
+    }
+}
+
+/// Bulk relaxes like the shear with a constant Poisson's ratio, so that a bar pulled in the program is the tissue.
+#[test]
+fn a_bar_of_the_exported_card_relaxes_like_the_tissue() {
+    let skin = model(ModelKind::SpringPot, &[8650.0, 0.2247]);
+    let fit = PronyFit::new(&skin, 12, 1e-3, 1e3).expect("fits");
+    let times: Vec<f64> = (0..=120)
+        .map(|n| 1e-3 * libm::pow(10.0, f64::from(n) / 20.0))
+        .collect();
+    for format in [ExportFormat::Abaqus, ExportFormat::Ansys] {
+        for ratio in [0.3, 0.45, 0.5] {
+            let loading = MeasuredLoading {
+                poisson_ratio: Some(ratio),
+                ..MeasuredLoading::default()
+            };
+            let text = fit
+                .text(format, Card::Series, "skin", &loading)
+                .expect("text");
+            let [shear, bulk] = card(format, &text);
+            let stress = uniaxial(&shear, &bulk, ratio, &times);
+            let want = skin.relaxation_moduli(&times);
+            let worst = stress.iter().zip(want).fold(0.0, |most, (have, want)| {
+                f64::max(
+                    most,
+                    (have * fit.instantaneous_modulus_pa() / want - 1.0).abs(),
+                )
+            });
+            println!(
+                "{format:?} {ratio}: {worst:.1e} of {:.1e}",
+                fit.max_relative_error
+            );
+            assert!(
+                worst < 1.02 * fit.max_relative_error,
+                "{format:?} {ratio}: {worst}"
+            );
+        }
+    }
 }
 
 /// A spring does not relax, and a card without data is refused by the program.
