@@ -494,7 +494,7 @@ impl<'a> Table<'a> {
                     .trim_end()
                     .to_owned()
             }
-            _ => String::new(),
+            Value::Count(_) | Value::Flag(_) | Value::Text(_) => String::new(),
         };
         self.fail(missing)
             .of_file(format!(": give {parameter}{range}"))
