@@ -518,7 +518,7 @@ pub struct PlantAnswer {
     begins: String,
 }
 
-/// What is wrong with the columns of a table, and how they are named.
+/// The fault of the columns of a table, and how they are named.
 fn with_columns(wrong: &str, as_in: &str) -> String {
     format!("{wrong}; name the columns in {PLANT_COLUMNS}, as in {as_in}")
 }

@@ -40,7 +40,7 @@ fn falling(most: f64, decades: i32, per_decade: i32) -> impl Iterator<Item = f64
     (0..=decades * per_decade).map(value).chain([0.0])
 }
 
-/// What lies in an interval of either list.
+/// The intersection of two lists of intervals.
 fn both(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
     let common = pairs.map(|(a, b)| [a[0].max(b[0]), a[1].min(b[1])]);
@@ -112,7 +112,7 @@ impl<'a> Walls<'a> {
             runs: AtomicU64::new(0),
             stop,
         };
-        // What cannot be tried is refused before the search.
+        // A wall that cannot be tried is refused before the search.
         walls.tap(0, [0.0; 2])?;
         Ok(walls)
     }

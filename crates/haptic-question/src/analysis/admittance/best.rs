@@ -357,7 +357,7 @@ fn best_of(
     Ok(Some((found, point)))
 }
 
-/// What a body costs that is proved for hands with this margin.
+/// The costs of a body that is proved for hands with this margin.
 fn point(around: &Around, body: &BodyValues, hand_margin: f64) -> Result<BodyPoint, Failure> {
     let free = around.in_hand(body, around.place.hand([0; 3]), None)?;
     Ok(BodyPoint {
