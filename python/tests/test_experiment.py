@@ -37,7 +37,7 @@ def test_a_relaxation_is_its_closed_form() -> None:
     assert "log" not in run.report
     assert run.to_frame().attrs["report"]["samples"] == len(run["time_s"]) == 3001
     assert plot.relaxation(run).get_xlabel() == "time / s"
-    with pytest.raises(KeyError, match="is none of the columns"):
+    with pytest.raises(KeyError, match="is not one of the columns"):
         run["force"]
 
 

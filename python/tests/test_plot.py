@@ -134,7 +134,7 @@ def test_a_result_has_labelled_arrays_with_units_and_a_figure(name: str) -> None
     key = next(iter(units))
     assert result.plot(key, ax=ax) is ax
     assert np.array_equal(ax.lines[-1].get_ydata(), labelled[key], equal_nan=True)
-    with pytest.raises(KeyError, match="'place' is none of the columns"):
+    with pytest.raises(KeyError, match="'place' is not one of the columns"):
         result.plot("place")
     plt.close("all")
 

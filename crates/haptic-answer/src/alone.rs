@@ -38,7 +38,7 @@ use std::sync::atomic::AtomicBool;
 const STATUS_MS: (f64, f64) = (100.0, 1000.0);
 const PROGRAM: &str = concat!("haptic-answer ", env!("CARGO_PKG_VERSION"));
 const NO_FOLDER: &str = "kept until the page is closed";
-/// Runs that are kept.
+/// Runs that are kept, of which the oldest goes when another one comes.
 const RUNS: usize = 8;
 
 /// A message to the page.
@@ -50,7 +50,7 @@ pub enum ToPage {
     Frame(Vec<u8>),
 }
 
-/// The server.
+/// The server of a page that has nothing else, a state machine between its messages.
 #[derive(Debug)]
 pub struct Alone {
     library: Library,
@@ -296,7 +296,7 @@ impl Alone {
                     if experiment["kind"].as_str().and_then(kind).is_none() {
                         let name = &file.name;
                         return Err(needs(&format!(
-                            "this is none of its runs: use `host-cli run {name}`"
+                            "this is not one of its runs: use `host-cli run {name}`"
                         )));
                     }
                     json!({"is": "experiment", "experiment": experiment})

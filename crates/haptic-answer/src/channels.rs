@@ -41,7 +41,7 @@ impl Channels {
         Self { axes, columns }
     }
 
-    /// Numbers of a row.
+    /// Numbers in a row of a pyramid or table.
     pub const fn count(&self) -> usize {
         self.columns.len()
     }

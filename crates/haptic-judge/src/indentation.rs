@@ -45,9 +45,9 @@ pub struct IndentationTrial {
     pub load: RigDrive,
     /// End of the test, s.
     pub duration_s: f64,
-    /// The piece.
+    /// The piece of tissue that is pressed.
     pub piece: TissuePiece,
-    /// Scheme of its operator.
+    /// Scheme of the tissue's operator.
     pub scheme: Scheme,
     /// Number type of the loop.
     pub precision: Precision,
@@ -61,7 +61,7 @@ pub struct IndentationTrial {
     pub force_sensor: Option<ForceSensorConfig>,
     /// Largest force of the renderer, N.
     pub force_limit_n: f64,
-    /// Its largest rate, N/s.
+    /// Largest rate of the force, N/s.
     pub force_rate_limit_n_per_s: f64,
     /// Settings of the safety chain.
     pub safety: Safety,

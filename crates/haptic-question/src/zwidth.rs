@@ -393,9 +393,9 @@ pub struct OrderBoundary {
 pub struct Hands {
     /// Mass without the tool, kg.
     pub mass_kg: [f64; 2],
-    /// Damping, N·s/m.
+    /// Least and largest damping, N·s/m.
     pub damping_n_s_per_m: [f64; 2],
-    /// Stiffness, N/m.
+    /// Least and largest stiffness, N/m.
     pub stiffness_n_per_m: [f64; 2],
 }
 

@@ -522,12 +522,15 @@ mod tests {
                 let best = crate::search::search(candidate, &target, 40);
                 let alone = whitened::criteria(candidate, &target, &best.expect("converges"));
                 let [aic, bic] = [fit.aic - alone[0], fit.bic - alone[1]];
-                assert!((aic - 2.0).abs() < 1e-6, "{}: {aic}", fit.kind);
+                // A spring-pot was drawn: nothing settles the second element of the other, along whose level valley a filter changes a little.
+                let level = fit.kind == ModelKind::FractionalMaxwell && *orders.end() > 0.0;
+                let within = if level { 1e-3 } else { 1e-6 };
+                assert!((aic - 2.0).abs() < within, "{}: {aic}", fit.kind);
                 let small = |k: f64| 2.0 * k * (k + 1.0) / (n - 1.0 - k);
                 let k = candidate.parameters() as f64 + 1.0;
                 let more = |order: f64| libm::log(n) + small(k + 1.0 + order) - small(k + order);
                 let [least, most] = [orders.start(), orders.end()].map(|order| more(*order));
-                let paid = least - 1e-6..=most + 1e-6;
+                let paid = least - within..=most + within;
                 assert!(paid.contains(&bic), "{}: {bic} of {paid:?}", fit.kind);
             }
         }

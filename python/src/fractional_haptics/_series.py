@@ -84,7 +84,7 @@ class Series:
         ImportError
             matplotlib is not installed.
         KeyError
-            A name that is none of its columns.
+            A name that is not one of its columns.
         ValueError
             A result without columns, as a run that was cut short.
         """

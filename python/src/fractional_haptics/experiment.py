@@ -96,7 +96,7 @@ class Run(HoldsArrays, Shown, Series):
         try:
             return self.columns[column]
         except KeyError:
-            raise KeyError(f"{column!r} is none of the columns {', '.join(self.columns)}") from None
+            raise KeyError(f"{column!r} is not one of the columns {', '.join(self.columns)}") from None
 
     def to_frame(self) -> pandas.DataFrame:
         """The columns as a pandas table, with the report in ``attrs``."""

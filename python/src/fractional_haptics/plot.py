@@ -137,13 +137,13 @@ def columns(result: Series, *names: str, ax: Axes | None = None) -> Axes:
     ValueError
         A result without columns, as a run that was cut short.
     KeyError
-        A name that is none of its columns.
+        A name that is not one of its columns.
     """
     table = columns_of(result)
     axes = {name: described(result, name) for name in table}
     along, *known = table
     if unknown := [name for name in names if name not in table]:
-        raise KeyError(f"{unknown[0]!r} is none of the columns {', '.join(known)}")
+        raise KeyError(f"{unknown[0]!r} is not one of the columns {', '.join(known)}")
     unit = axes[names[0] if names else known[0]].get("units", "")
     shown = names or [name for name in known if axes[name].get("units", "") == unit and table[name].dtype.kind in "fciu"]
     ax = _axes(ax)

@@ -84,7 +84,7 @@ impl VirtualRun {
                 _ => &kind,
             };
             return Err(needs(&format!(
-                "{kind} is none of its runs: use `host-cli {command}`"
+                "{kind} is not one of its runs: use `host-cli {command}`"
             )));
         };
         if form.realtime {
@@ -203,7 +203,7 @@ impl VirtualRun {
         self.pyramid.made().saturating_sub(1) as f64 * self.sample_time_s
     }
 
-    /// The law in words.
+    /// The law in words, for the head of its report.
     fn law(&self) -> String {
         match &self.trial {
             Trial::Wall(trial) => trial.law_in_words(),

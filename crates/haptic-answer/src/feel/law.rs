@@ -79,7 +79,7 @@ impl FeelSettings {
         Ok((memory * dissipation_n_s_mu_per_m + stiffness_n_per_m).norm())
     }
 
-    /// By how much it is stiffer than another one at 1 Hz, as a share; `None` if it is the softer one at some speeds of a hand and the
+    /// The share by which it is stiffer than another one at 1 Hz; `None` if it is the softer one at some speeds of a hand and the
     /// stiffer one at others, from 0.1 to 10 Hz.
     ///
     /// # Errors

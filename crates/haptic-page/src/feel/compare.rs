@@ -46,7 +46,7 @@ pub(crate) struct Comparison {
     right: usize,
     /// Sums over each wall of this trial.
     felt: Vec<Tally>,
-    /// Their ratings.
+    /// A rating of each wall that was felt.
     ratings: Vec<f64>,
     /// The walls that were asked for so far.
     number: u64,

@@ -91,7 +91,7 @@ pub struct Ticked {
     pub stimulus: u64,
     /// Forces before they became the one of the sample; `None` where the law alone is felt, and is whole.
     pub asked: Option<Asked>,
-    /// In the next tick one law alone acts: no other fades.
+    /// One law alone acts in the next tick: no other fades.
     pub settled: bool,
 }
 
