@@ -41,6 +41,9 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
     })
 }
 
+/// Stiffness at which the line of a robot's walls begins that are stable from nothing on, N/m.
+const SOFTEST_DRAWN: f64 = 0.1;
+
 /// The boundaries, the analysis beneath and what was tried on it, without units and the same in N/m.
 fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
     let subtitle = format!(
@@ -61,20 +64,31 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
         linear("dissipation β = BT^{2−μ}/m"),
         linear("largest stiffness α = KT²/m"),
     );
-    let with_units = Panel::new(
-        "with units, where B is above 0",
-        logarithmic("dissipation B / N·s^{μ}·m⁻¹"),
-        linear("largest stiffness K / N·m⁻¹"),
-    );
-    let panels = [
-        with_curves(without_units, report, false),
-        with_curves(with_units, report, true),
-    ];
+    let dissipation = "dissipation B / N·s^{μ}·m⁻¹";
+    // Walls of a robot lie between newtons and meganewtons per metre.
+    let panels = if is_robot(report) {
+        let [across, up] = [linear(dissipation), logarithmic("stiffness K / N·m⁻¹")];
+        let panel = Panel::new("walls that settle in every hand", across, up);
+        vec![with_curves(panel, report, true)]
+    } else {
+        let with_units = Panel::new(
+            "with units, where B is above 0",
+            logarithmic(dissipation),
+            linear("largest stiffness K / N·m⁻¹"),
+        );
+        let without_units = with_curves(without_units, report, false);
+        vec![without_units, with_curves(with_units, report, true)]
+    };
     let title = match &report.tissue {
         Some(tissue) => format!("Z-width: the largest specimen of {tissue} that settles"),
         None => "Z-width: the stiffest walls that settle".to_owned(),
     };
-    page(&title, &subtitle, 2, &panels)
+    page(&title, &subtitle, panels.len(), &panels)
+}
+
+fn is_robot(report: &ZWidthReport) -> bool {
+    let mut points = report.orders.iter().flat_map(|order| &order.boundary);
+    points.any(|point| point.in_hands.is_some())
 }
 
 fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool) -> Panel<'a> {
@@ -92,12 +106,8 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
         }
     };
     // The other panel has those without a place on a logarithmic axis.
-    let shown = |point: &&BoundaryPoint| !with_units || point.dissipation > 0.0;
-    // A wall of this K, N/m, with the B of a point.
-    let at = |p: &BoundaryPoint, k: f64| {
-        let (across, up) = point(p);
-        (across, k * up / p.stiffness_max)
-    };
+    let all_shown = !with_units || is_robot(report);
+    let shown = |point: &&BoundaryPoint| all_shown || point.dissipation > 0.0;
     for (colour, order) in report.orders.iter().enumerate() {
         let (stiffness, dissipation) = if with_units { order.units } else { (1.0, 1.0) };
         let outline = order.outline.iter();
@@ -108,7 +118,10 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
         let standing = (order.boundary.iter().filter(shown)).flat_map(|p| {
             let walls = p.in_hands.iter();
             let all = walls.flat_map(|walls| &walls.analysis_stable_n_per_m);
-            all.flat_map(move |[from, to]| [*from, *to, f64::NAN].map(|k| at(p, k)))
+            let all = all.filter(|[_, to]| *to > SOFTEST_DRAWN);
+            // An axis of logarithms has no 0.
+            let line = |[from, to]: &[f64; 2]| [from.max(SOFTEST_DRAWN), *to, f64::NAN];
+            all.flat_map(move |ends| line(ends).map(|k| (p.dissipation, k)))
         });
         let name = format!("analysis, μ = {}", order.order);
         panel = panel.with(name, Look::Line, colour, outline.chain(standing));
@@ -125,7 +138,8 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
             None => vec![point(p)],
             Some(walls) => {
                 let ends = walls.stable_n_per_m.iter().flatten();
-                ends.map(|k| at(p, *k)).collect()
+                let ends = ends.filter(|k| **k > SOFTEST_DRAWN);
+                ends.map(|k| (p.dissipation, *k)).collect()
             }
         });
         panel = panel.with(name, Look::Markers, colour, tried);
