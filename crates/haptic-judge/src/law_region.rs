@@ -256,7 +256,7 @@ pub fn prove_mix(laws: [&Preflight<'_>; 2], devices: &[Dynamics]) -> Result<(), 
         let verdict = prove_laws(device, first.0.sample_time_s, &sets).map_err(analysed)?;
         if verdict != SetVerdict::Proved {
             return Err(Failure::bad_input(
-                "what is felt while one of these laws becomes the other is not proved stable: rest before it, or feel a softer one in between",
+                "what is felt while one of these laws becomes the other is not proved stable: leave the first before the second comes, or feel a softer one in between",
             ));
         }
     }
@@ -335,7 +335,7 @@ mod tests {
         let proved = |stiff: &WallTrial, soft: &WallTrial| {
             prove_mix([&stiff.look(HORIZON), &soft.look(HORIZON)], &devices())
         };
-        assert_refused(proved(&stiff, &soft), "rest before it");
+        assert_refused(proved(&stiff, &soft), "leave the first");
         let (stiff, soft) = (wall(2000.0, 20.0, 0.9), wall(100.0, 20.0, 0.2));
         proved(&stiff, &soft).expect("proved");
         assert!(grows([&stiff, &soft], 0.5) < 0.5);

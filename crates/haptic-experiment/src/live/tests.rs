@@ -240,7 +240,7 @@ fn a_law_of_a_region_is_felt_and_one_beside_it_or_a_change_that_may_swing_is_not
         session.go_on(300, GOES_ON, &|_| ()).expect("felt");
     }
     let swings = session.feel(2, 0.0, Some(300), 30.0, GOES_ON);
-    refused(swings.map(|_| 0), "rest before it");
+    refused(swings.map(|_| 0), "leave the first");
     // The session goes on with the law that is felt; from rest the other one comes.
     session.go_on(400, GOES_ON, &|_| ()).expect("felt");
     assert!(session.felt().touched);

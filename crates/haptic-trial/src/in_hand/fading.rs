@@ -16,7 +16,12 @@
 //!   spent at the surface and not before, whatever the law. A law that comes around a hand that has touched nothing has no energy: it
 //!   resists what goes deeper, and d counts from where that began. In front of the surface A begins anew, and a change is done. Without a
 //!   change c is 1, to the bit.
-//! - *A touch that had less* than P·A = |f|·d when its law changed comes down to that in the time of the fade.
+//! - *A touch that had less* than P·A₀ = |f₀|·d₀ when its law changed comes down to that in the time of the fade: instead of P
+//! ```text
+//! L = P + (1 − s)·min(F·d/A, P·(ℓ − 1))     ℓ = |f₀|·d₀/(P·A₀),  F = |f₀|·(1 − 1/ℓ)
+//! ```
+//!   At rest |f| = P·A/d + (1 − s)·F, so it falls by F/n a tick of n, and by no more however much energy comes meanwhile. On the way out
+//!   f falls as d^(L−1) at the steepest.
 
 use crate::in_hand::hand::START_M;
 use crate::in_hand::place::Surfaced;
@@ -70,8 +75,9 @@ struct Touch {
     position_m: f64,
     /// The surface that is left last, m, or where the energy began if the law came around a hand; `None` without a change.
     exit_m: Option<f64>,
-    /// Factor on P·A when the law changed.
+    /// ℓ, and F, N.
     lent: f64,
+    lent_n: f64,
     /// The newest c.
     factor: f64,
 }
@@ -83,6 +89,7 @@ impl Touch {
         position_m: 0.0,
         exit_m: None,
         lent: 1.0,
+        lent_n: 0.0,
         factor: 1.0,
     };
 
@@ -93,10 +100,11 @@ impl Touch {
             return 1.0;
         };
         let moved = position_m - self.position_m;
-        let lent = STEEPEST * (1.0 + (self.lent - 1.0) * (1.0 - share));
         // The force acts on half of this way, and of the next.
         let left = f64::max(self.taken_j - 0.5 * self.sent_n * moved, 0.0);
         let depth_m = f64::max(position_m - exit_m, LEAST_M);
+        let most = STEEPEST * (self.lent - 1.0);
+        let lent = STEEPEST + (1.0 - share) * f64::min(self.lent_n * depth_m / left, most);
         let needed = wanted_n.abs() * depth_m + lent * wanted_n * moved;
         let most = f64::min(self.factor + step, 1.0);
         if most * needed > lent * left {
@@ -121,6 +129,7 @@ impl Touch {
         let held_j = self.sent_n.abs() * f64::max(self.position_m - exit_m, 0.0);
         let lent = held_j / (STEEPEST * f64::max(self.taken_j, f64::MIN_POSITIVE));
         self.lent = lent.clamp(1.0, LENT_MOST);
+        self.lent_n = self.sent_n.abs() * (1.0 - 1.0 / self.lent);
     }
 }
 
@@ -570,10 +579,27 @@ mod tests {
     }
 
     #[test]
+    fn a_force_that_had_no_energy_goes_with_the_fade_though_much_more_comes_meanwhile() {
+        let laws = [tissue(0.5, 100.0, 0.0), placed(0.5, 500.0, 0.0, -5e-4)];
+        let part = |n: u32, from: f64, long: f64| ((f64::from(n) - from) / long).clamp(0.0, 1.0);
+        // Just touched when the law changes: ℓ = 5.5. Then deep, a part of the way back, and still.
+        let motion = |n| {
+            5e-5 * part(n, 0.0, 100.0) + 2.5e-3 * part(n, 100.0, 40.0)
+                - 1e-3 * part(n, 140.0, 100.0)
+        };
+        let (_, forces) = given((&laws, 200), &[101], motion, 400);
+        assert!(forces[399] < -0.2, "{}", forces[399]);
+        let falls = forces[240..].windows(2).map(|pair| pair[1] - pair[0]);
+        let (largest, lent_n) = (falls.fold(0.0, f64::max), 5e-3 * (1.0 - 1.0 / 5.5));
+        assert!((largest - lent_n / 200.0).abs() < 1e-9, "{largest} N");
+    }
+
+    #[test]
     fn a_force_that_the_energy_took_comes_back_with_the_fade() {
         let spent = Touch {
             exit_m: Some(0.0),
             lent: LENT_MOST,
+            lent_n: 1.0,
             position_m: 1e-3,
             factor: 0.0,
             ..Touch::NONE
