@@ -189,8 +189,9 @@ fn looked_at(log: &Path, laws: &[Pushing<VirtualWall>], case: u32) -> u32 {
         }
         if changed {
             assert!(taken_j > -1e-9, "{at}: {taken_j:e} J");
-            // The laws' own steps by that motion, and a 200th of s and c. On the way out c falls too, as d³ if the touch had the energy
-            // for the force when its law changed, and faster by as much as it had not.
+            // The laws' own steps by that motion, and a 200th of s and of c, or of the force for which the touch had no energy. On the way
+            // out c falls too. Two ticks of f·(d + L·|Δx|) = L·(A − ½·f_before·|Δx|) differ by (3/2·L − 1)·|Δx|/d of f at most, in which L
+            // is 4 if the touch had the energy for the force when its law changed, and up to `lent` times that if it had not.
             let own = f64::max((old_n - before[0]).abs(), (new_n - before[1]).abs());
             let most_n = begins_n.max(before_n.abs()).max(mixed_n.abs());
             let steep = (6.0 * lent - 1.0) * before_n.abs() * moved.abs();
