@@ -361,6 +361,16 @@ impl Looping {
             return;
         };
         let law = &mut ready.law;
+        // The wall that it was made for has been left meanwhile: it begins where the device is, and has heard nothing.
+        let begins = ready.number != 0 && self.stimulus.0 == 0;
+        let mut is_outside = false;
+        if begins {
+            let x = Vector1::new(self.recent[((self.next - 1) % RECENT as u64) as usize]);
+            law.environment.rest(&mut law.history);
+            law.environment.settle(&mut law.history, &x);
+            law.next = self.next;
+            is_outside = law.environment.force(&law.history, &x)[0] == 0.0;
+        }
         // One that comes too late only hears the rest: the positions before it are no longer kept.
         law.next = law.next.max(self.next.saturating_sub(RECENT as u64));
         let until = self.next.min(law.next + CATCH_UP);
@@ -369,7 +379,15 @@ impl Looping {
         }
         let (environment, history) = controller.law_mut();
         if law.next == self.next && history.is_settled() && has_room {
-            environment.change(history, law);
+            if is_outside {
+                environment.replace(history, law);
+            } else {
+                environment.change(history, law);
+            }
+            if begins {
+                self.forget();
+                self.begins = true;
+            }
             self.becomes_felt();
         }
     }

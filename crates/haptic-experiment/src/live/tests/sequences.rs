@@ -105,7 +105,12 @@ impl Replay<'_> {
             alone
         });
         self.old = std::mem::replace(&mut self.new, next);
-        self.share = if changes { 0.0 } else { 1.0 };
+        // A wall that comes without one before it fades in where the hand is behind its surface already.
+        let fades_in = self.new.as_ref().is_some_and(|law| {
+            let x = nalgebra::Vector1::new(self.place_m(from - 1));
+            law.0.environment.force(&law.0.history, &x)[0] != 0.0
+        });
+        self.share = if changes || fades_in { 0.0 } else { 1.0 };
         self.counts = Counts::default();
         changes
     }
