@@ -175,7 +175,7 @@ export class FormPanel {
     const form = this.forms.find(({ kind }) => kind === this.kind.value);
     const tables = (form?.tables ?? []).map((table, index) => {
       const rows = table.parameters.map((parameter) => this.fields.add(parameter));
-      return el("details", { open: index === 0 }, el("summary", {}, table.title), el("div", { class: "fields" }, ...rows));
+      return el("details", { open: index === 0 || table.parameters.some((one) => one.required) }, el("summary", {}, table.title), el("div", { class: "fields" }, ...rows));
     });
     this.tables.replaceChildren(...tables);
     // A worker has no clock.
