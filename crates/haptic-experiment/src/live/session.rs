@@ -304,8 +304,8 @@ impl Session {
     }
 
     /// Makes a wall be felt behind a surface, m, and begins to sum what is felt, over so many ticks at most. Where a wall is felt already,
-    /// this one takes its place without a bump, held or not, once no other fades any more. The first waits until the handle is in front of it; false if that takes longer
-    /// than the patience, s, and the wall does not come any more.
+    /// this one takes its place without a bump, held or not, once no other fades any more. The first waits until the handle is in front of
+    /// it; false if that takes longer than the patience, s, and the wall does not come any more.
     ///
     /// # Errors
     /// A wall that was not allowed; one between which and the one that is felt not all is proved stable; a session that has ended.
@@ -342,19 +342,22 @@ impl Session {
             let mut kept = locked(&self.shared.kept);
             kept.tally = Tally::of(number, surface_m, ticks, self.t);
             kept.certifying = Certifying::default();
-            let stimulus = |law| {
+            let stimulus = |law, untouched| {
                 Box::new(Stimulus {
                     law,
+                    untouched,
                     number,
                     event: Some(event),
                 })
             };
             let order = if kept.stimulus == 0 {
-                LoopOrder::Begin(stimulus(Law::untouched(environment)), surface_m - CLEAR_M)
+                let stimulus = stimulus(Law::untouched(environment), None);
+                LoopOrder::Begin(stimulus, surface_m - CLEAR_M)
             } else {
+                let untouched = Law::untouched(environment.clone());
                 let mut law = Law::standing(environment, kept.start_m);
                 law.hear_from(kept.past_from, kept.past_m.iter().copied());
-                LoopOrder::Change(stimulus(law))
+                LoopOrder::Change(stimulus(law, Some(untouched)))
             };
             (kept.made, order)
         };
@@ -491,6 +494,7 @@ impl Session {
         law.next = made;
         Box::new(Stimulus {
             law,
+            untouched: None,
             number: 0,
             event,
         })

@@ -8,6 +8,7 @@ use haptic_message::EventMessage;
 use nalgebra::Vector1;
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::any::Any;
+use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -27,6 +28,8 @@ pub type FeltController = Controller<f64, 1, FadingFelt>;
 pub struct Stimulus {
     /// The law, with what it has heard.
     pub law: Law<Felt>,
+    /// The law that has heard nothing, of a change that somebody counts: it is felt if the wall before it has been left meanwhile.
+    pub untouched: Option<Law<Felt>>,
     /// Its number among all that were to be felt; 0 where nobody counts, and of a law without a force.
     pub number: u64,
     /// Event in the log at its beginning.
@@ -37,6 +40,7 @@ impl From<Law<Felt>> for Stimulus {
     fn from(law: Law<Felt>) -> Self {
         Self {
             law,
+            untouched: None,
             number: 0,
             event: None,
         }
@@ -234,9 +238,16 @@ impl Looping {
                 return None;
             }
             match self.ends.orders.pop().ok()? {
-                LoopOrder::Change(ready) => {
+                LoopOrder::Change(mut ready) => {
                     self.overtaken();
-                    self.pending = Some(ready);
+                    if self.stimulus.0 == 0
+                        && let Some(untouched) = &mut ready.untouched
+                    {
+                        mem::swap(&mut ready.law, untouched);
+                        self.beginning = Some((ready, f64::INFINITY));
+                    } else {
+                        self.pending = Some(ready);
+                    }
                 }
                 LoopOrder::Begin(ready, most_m) => {
                     self.overtaken();
@@ -318,7 +329,7 @@ impl Looping {
         self.recent[(self.next % RECENT as u64) as usize] = position_m;
         self.next += 1;
         self.stimulus.1 = self.stimulus.0;
-        self.fresh |= std::mem::take(&mut self.begins);
+        self.fresh |= mem::take(&mut self.begins);
         self.asked = controller.law_mut().1.asked();
         self.catch_up(controller);
         self.begin(controller, position_m);
@@ -361,16 +372,6 @@ impl Looping {
             return;
         };
         let law = &mut ready.law;
-        // The wall that it was made for has been left meanwhile: it begins where the device is, and has heard nothing.
-        let begins = ready.number != 0 && self.stimulus.0 == 0;
-        let mut is_outside = false;
-        if begins {
-            let x = Vector1::new(self.recent[((self.next - 1) % RECENT as u64) as usize]);
-            law.environment.rest(&mut law.history);
-            law.environment.settle(&mut law.history, &x);
-            law.next = self.next;
-            is_outside = law.environment.force(&law.history, &x)[0] == 0.0;
-        }
         // One that comes too late only hears the rest: the positions before it are no longer kept.
         law.next = law.next.max(self.next.saturating_sub(RECENT as u64));
         let until = self.next.min(law.next + CATCH_UP);
@@ -379,15 +380,7 @@ impl Looping {
         }
         let (environment, history) = controller.law_mut();
         if law.next == self.next && history.is_settled() && has_room {
-            if is_outside {
-                environment.replace(history, law);
-            } else {
-                environment.change(history, law);
-            }
-            if begins {
-                self.forget();
-                self.begins = true;
-            }
+            environment.change(history, law);
             self.becomes_felt();
         }
     }
@@ -397,7 +390,8 @@ impl Looping {
         self.spent.is_none() && self.event.is_none()
     }
 
-    /// A law that is to begin does so where the device is free of force, in front of its surface.
+    /// A law that is to begin does so where the device is free of force, in front of its surface; it fades in around a device that is behind
+    /// it already.
     fn begin(&mut self, controller: &mut FeltController, position_m: f64) {
         if self.pending.is_some() || !self.has_room() {
             return;
@@ -411,7 +405,11 @@ impl Looping {
         if is_free {
             let law = &mut ready.law;
             law.environment.settle(&mut law.history, &x);
-            environment.replace(history, law);
+            if law.environment.force(&law.history, &x)[0] == 0.0 {
+                environment.replace(history, law);
+            } else {
+                environment.change(history, law);
+            }
             self.forget();
             self.begins = true;
             self.pending = Some(ready);
