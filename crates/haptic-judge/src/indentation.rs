@@ -22,7 +22,7 @@ use haptic_document::{Failure, FileError, Table, parameters as p};
 use haptic_link::LoopMode;
 use haptic_loop::plant::{
     ForceSensorConfig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive,
-    RigServo,
+    RigServo, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, SafetyLimits, SpringDamper};
@@ -136,13 +136,31 @@ impl IndentationTrial {
         }
     }
 
-    fn run_as<F: Real>(&self, see: Sink<'_>) -> Result<Option<Ending>, Failure> {
-        let samples = self.samples()?;
+    /// The tissue behind the safety chain of the simulated rig, for so many samples.
+    ///
+    /// # Errors
+    /// Parameters of which none can be made.
+    pub fn controller<F: Real>(
+        &self,
+        samples: u64,
+    ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
         let limits = self.force_and_rate();
         let chain = safe_chain(limits, &self.actuator, self.sensors, &self.safety, None)?;
-        let mut controller = Controller::new(self.tissue::<F>(samples)?, chain);
-        let (rig, t) = (self.free_rig(samples)?, self.actuator.sample_time);
-        let mut rig = (self.sensors).and_force_before(rig, self.force_sensor, t)?;
+        Ok(Controller::new(self.tissue(samples)?, chain))
+    }
+
+    /// A rig behind the sensors of this one.
+    ///
+    /// # Errors
+    /// Sensors of which none can be made.
+    pub fn behind_sensors(&self, rig: SimulatedRig) -> Result<Sensed<SimulatedRig>, Failure> {
+        (self.sensors).and_force_before(rig, self.force_sensor, self.actuator.sample_time)
+    }
+
+    fn run_as<F: Real>(&self, see: Sink<'_>) -> Result<Option<Ending>, Failure> {
+        let samples = self.samples()?;
+        let mut controller = self.controller::<F>(samples)?;
+        let mut rig = self.behind_sensors(self.free_rig(samples)?)?;
         let mut world = SimulatedLoop::new(&mut controller, &mut rig);
         Ok(to_the_end(&mut world, samples, see))
     }

@@ -5,8 +5,6 @@
 //! - *Creep*: the indenter pushes with F₀ from t = 0, and both sink in. The closed form is that of the tissue alone. On the
 //!   ideal rig nothing has a mass, and each depth is the root of γ·(c₀·e(x\[n\]) + past) = F₀; the masses and the damping of
 //!   another rig slow the start down, and the report says from when on the tissue is seen.
-//!
-//! A slab is held at a strain or under a stress, δ₀ = ε₀·h and F₀ = σ₀·A; any other piece at a depth or under a force.
 
 #[cfg(all(test, feature = "bad-lines"))]
 mod pair_tests;
@@ -43,7 +41,7 @@ use haptic_trial::advice::parameter;
 use haptic_trial::device_table::device_model;
 use haptic_trial::drive_verdict::DriveVerdict;
 use haptic_trial::preflight::{Findings, note_findings};
-use haptic_trial::safe_chain::{chain, limits_here, safe_chain};
+use haptic_trial::safe_chain::{chain, limits_here};
 use haptic_trial::safety::{GuardChoice, GuardedDevice};
 use haptic_trial::simulate::{SimulatedLoop, Sink, simulate};
 use haptic_trial::tick::KeptSample;
@@ -358,23 +356,16 @@ impl Indentation {
         &self,
         samples: u64,
     ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
-        let (safety, conduct) = (&self.safety, &self.conduct);
-        let tissue = self.tissue(samples)?;
-        let t = self.actuator.sample_time;
-        let chain = match &conduct.remote {
-            None => safe_chain(
-                self.force_and_rate(),
-                &self.actuator,
-                self.sensors,
-                safety,
-                conduct.at_port(),
-            )?,
-            Some(remote) => {
-                let limits = limits_here(remote.loop_mode, self.limits_there());
-                chain(&limits, t, safety, conduct.at_port())?
-            }
+        let Some(remote) = &self.conduct.remote else {
+            return self.trial.controller(samples);
         };
-        Ok(Controller::new(tissue, chain))
+        let tissue = self.tissue(samples)?;
+        let limits = limits_here(remote.loop_mode, self.limits_there());
+        let (t, at_port) = (self.actuator.sample_time, self.conduct.at_port());
+        Ok(Controller::new(
+            tissue,
+            chain(&limits, t, &self.safety, at_port)?,
+        ))
     }
 
     fn rig_behind_sensors(&self, samples: u64) -> Result<Sensed<SimulatedRig>, Failure> {
@@ -387,7 +378,7 @@ impl Indentation {
                 SimulatedRig::Held(Box::new(rig))
             }
         };
-        (self.sensors).and_force_before(rig, self.force_sensor, self.actuator.sample_time)
+        self.behind_sensors(rig)
     }
 
     /// Refuses a drive where nothing could be held by one.
