@@ -59,18 +59,18 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
             _ => "",
         }
     );
-    let without_units = Panel::new(
-        "without units",
-        linear("dissipation β = BT^{2−μ}/m"),
-        linear("largest stiffness α = KT²/m"),
-    );
     let dissipation = "dissipation B / N·s^{μ}·m⁻¹";
     // Walls of a robot lie between newtons and meganewtons per metre.
-    let panels = if is_robot(report) {
+    let panels = if report.hands.is_some() {
         let [across, up] = [linear(dissipation), logarithmic("stiffness K / N·m⁻¹")];
         let panel = Panel::new("walls that settle in every hand", across, up);
         vec![with_curves(panel, report, true)]
     } else {
+        let without_units = Panel::new(
+            "without units",
+            linear("dissipation β = BT^{2−μ}/m"),
+            linear("largest stiffness α = KT²/m"),
+        );
         let with_units = Panel::new(
             "with units, where B is above 0",
             logarithmic(dissipation),
@@ -84,11 +84,6 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
         None => "Z-width: the stiffest walls that settle".to_owned(),
     };
     page(&title, &subtitle, panels.len(), &panels)
-}
-
-fn is_robot(report: &ZWidthReport) -> bool {
-    let mut points = report.orders.iter().flat_map(|order| &order.boundary);
-    points.any(|point| point.in_hands.is_some())
 }
 
 fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool) -> Panel<'a> {
@@ -106,7 +101,7 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
         }
     };
     // The other panel has those without a place on a logarithmic axis.
-    let all_shown = !with_units || is_robot(report);
+    let all_shown = !with_units || report.hands.is_some();
     let shown = |point: &&BoundaryPoint| all_shown || point.dissipation > 0.0;
     for (colour, order) in report.orders.iter().enumerate() {
         let (stiffness, dissipation) = if with_units { order.units } else { (1.0, 1.0) };

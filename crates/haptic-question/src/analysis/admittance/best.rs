@@ -159,26 +159,7 @@ impl Front {
             bodies.retain(|(_, point)| point.settled != Some(false));
             if bodies.len() == all {
                 let kept = unbeaten(&bodies, merits).into_iter();
-                let mut points: Vec<BodyPoint> = kept.map(|n| bodies[n].1).collect();
-                points.sort_by(|a, b| a.effort_n_s_per_m.total_cmp(&b.effort_n_s_per_m));
-                // Nobody chooses between bodies that are alike in all three: the one of less effort stands for the others.
-                let mut told: Vec<BodyPoint> = Vec::new();
-                for point in points {
-                    if !told.iter().any(|other| is_nearly_as_good(other, &point)) {
-                        told.push(point);
-                    }
-                }
-                let mut points = told;
-                let key = |point: &BodyPoint| {
-                    let lag_s = point.body_lag_s.unwrap_or(-1.0);
-                    [
-                        lag_s,
-                        point.body_order,
-                        point.hand_margin,
-                        point.command_noise,
-                    ]
-                };
-                points.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal));
+                let points = apart(kept.map(|n| bodies[n].1).collect());
                 return Ok(Self { points, compared });
             }
         }
@@ -190,6 +171,25 @@ impl Front {
             "front": self.points,
         })])
     }
+}
+
+/// Bodies of a front, by lag, order, factor and noise. Nobody chooses between bodies that are alike in all three merits:
+/// the one of less effort stands for the others.
+fn apart(mut points: Vec<BodyPoint>) -> Vec<BodyPoint> {
+    points.sort_by(|a, b| a.effort_n_s_per_m.total_cmp(&b.effort_n_s_per_m));
+    let mut apart: Vec<BodyPoint> = Vec::new();
+    for point in points {
+        if !apart.iter().any(|other| is_nearly_as_good(other, &point)) {
+            apart.push(point);
+        }
+    }
+    let key = |point: &BodyPoint| {
+        let lag_s = point.body_lag_s.unwrap_or(-1.0);
+        let place = [lag_s, point.body_order, point.hand_margin];
+        (place, point.command_noise)
+    };
+    apart.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal));
+    apart
 }
 
 fn is_nearly_as_good(one: &BodyPoint, other: &BodyPoint) -> bool {

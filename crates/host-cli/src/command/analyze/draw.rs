@@ -7,6 +7,7 @@ use haptic_question::analysis::{
     AdmittancePoint, BodyPoint, DifferencePoint, Drawn, FeltPoint, HandPoint, Kind, Region,
     SensitivityPoint, StableBodies, StableHands,
 };
+use haptic_question::bench::unbeaten;
 
 /// The picture of an analysis as it may be, with its panels and without its numbers; it `seeks` the best body or coupler too.
 pub(super) fn rehearsed(name: &str, seeks: bool) -> Result<Picture, FigureError> {
@@ -204,11 +205,11 @@ fn front_of_bodies(front: &[BodyPoint]) -> [Panel<'static>; 2] {
     for (colour, (name, is_kind)) in BODY_KINDS.into_iter().enumerate() {
         let bodies = front.iter().filter(|body| is_kind(body));
         let is_least = |body: &&BodyPoint| body.hand_margin <= least * 1.001;
-        let places = bodies.clone().filter(is_least);
-        let quiet = edge(places.map(|body| [body.command_noise, body.effort_n_s_per_m]));
-        // A wider margin is the better one.
-        let wide = edge(bodies.map(|body| [1.0 / body.hand_margin, body.effort_n_s_per_m]));
-        let wide = wide.into_iter().map(|(x, y)| (1.0 / x, y)).collect();
+        let quiet = bodies.clone().filter(is_least);
+        let quiet = quiet.map(|body| (body.command_noise, body.effort_n_s_per_m));
+        let wide = bodies.map(|body| (body.hand_margin, body.effort_n_s_per_m));
+        let quiet = of_unbeaten(quiet.collect(), |(noise, effort)| [-noise, -effort]);
+        let wide = of_unbeaten(wide.collect(), |(margin, effort)| [margin, -effort]);
         let mut points = [quiet, wide].into_iter();
         panels = panels.map(|panel| {
             let points = points.next().unwrap_or_default();
@@ -216,6 +217,14 @@ fn front_of_bodies(front: &[BodyPoint]) -> [Panel<'static>; 2] {
         });
     }
     panels
+}
+
+fn of_unbeaten(
+    places: Vec<(f64, f64)>,
+    merits: impl Fn((f64, f64)) -> [f64; 2],
+) -> Vec<(f64, f64)> {
+    let kept = unbeaten(&places, |place| merits(*place));
+    kept.into_iter().map(|n| places[n]).collect()
 }
 
 /// Kinds of bodies, each with its name.
@@ -227,19 +236,6 @@ const BODY_KINDS: [BodyKind; 3] = [
     ("mass and damper", BodyPoint::is_mass_and_damper),
     ("lagged mass", |body| body.body_lag_s.is_some()),
 ];
-
-/// The lower left edge of places: those that no other is below in both, by rising x.
-fn edge(places: impl Iterator<Item = [f64; 2]>) -> Vec<(f64, f64)> {
-    let mut places: Vec<[f64; 2]> = places.collect();
-    places.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    let mut least = f64::INFINITY;
-    places.retain(|place| {
-        let is_less = place[1] < least;
-        least = least.min(place[1]);
-        is_less
-    });
-    places.into_iter().map(|[x, y]| (x, y)).collect()
-}
 
 /// Least stiffness that is drawn, N/m.
 const SOFTEST: f64 = 1.0;
