@@ -7,7 +7,7 @@
 //! ```
 //! A pin that has to change is made anew with `UPDATE_PINS=1`, and CHANGELOG says by how much and why. Text is not pinned.
 
-use super::process::Place;
+use super::process::{Place, column};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -222,4 +222,26 @@ fn no_number_comes_from_the_mathematics_of_the_platform() {
     };
     let found: Vec<&str> = names.filter(is_one).collect();
     assert_eq!(found, ["pow"]);
+}
+
+#[test]
+fn the_first_figure_has_the_forces_of_relax_bit_for_bit() {
+    let place = Place::with_examples();
+    place.run("relax --out run").succeeded();
+    let table = place.text("run/relax.csv");
+    let first = first_figure::Relaxation::simulate().expect("the defaults");
+    let (times, forces): (Vec<f64>, Vec<f64>) = first.force_n.iter().copied().unzip();
+    let bits = |values: &[f64]| {
+        values
+            .iter()
+            .map(|value| value.to_bits())
+            .collect::<Vec<_>>()
+    };
+    for (name, ours) in [
+        ("time_s", &times),
+        ("simulated_force_n", &forces),
+        ("closed_form_force_n", &first.closed_form_n(&times)),
+    ] {
+        assert!(bits(&column(&table, name)) == bits(ours), "another {name}");
+    }
 }
