@@ -128,7 +128,7 @@ impl Row {
 }
 
 /// Keys that stand together in many tables, and their name.
-const GROUPS: [(&str, &str); 3] = [
+const GROUPS: [(&str, &str); 7] = [
     (
         "*specimen*",
         "`library` `area_m2` `thickness_m` `loading` `indenter_radius_m` `half_angle_rad` `bonded`",
@@ -140,6 +140,22 @@ const GROUPS: [(&str, &str); 3] = [
     (
         "*without units*",
         "`alpha` `beta` `delta` `gamma` `delay_samples`",
+    ),
+    (
+        "*analysed device*",
+        "`device_model` `mass_kg` `damping_n_s_per_m` `hand_stiffness_n_per_m` (none) `delay_s` (none) `current_lag_s` `plant_model`",
+    ),
+    (
+        "*imperfections*",
+        "`delay_s` `friction_n` `current_lag_s` (0) `encoder_resolution_m` `sensor_noise_m` `seed`",
+    ),
+    (
+        "*force sensor*",
+        "`sensed_range_n` `sensed_noise_n` `sensed_lag_s` `sensed_offset_n` `sensed_seed`",
+    ),
+    (
+        "*rule of a trial*",
+        "`duration_s` `window_s` `criterion` `threshold_m`",
     ),
 ];
 
