@@ -110,11 +110,13 @@ impl Row {
         (self.key, &self.range, &self.meaning) == (other.key, &other.range, &other.meaning)
     }
 
+    /// The key and its meaning, with default and range behind it, as `--help` has them.
     fn line(&self) -> String {
         let (key, default, range, meaning) = (self.key, &self.default, &self.range, &self.meaning);
         let shown = format!("{default}{range}");
         let shown = shown.strip_prefix("none; ").unwrap_or(&shown);
-        format!("`{key}` | {shown} | {meaning}")
+        let (meaning, list) = meaning.split_at(meaning.find("<br>").unwrap_or(meaning.len()));
+        format!("`{key}` | {meaning} [{shown}]{list}")
     }
 
     /// The key alone, with its default if the row that is shown has another one.
@@ -128,7 +130,7 @@ impl Row {
 }
 
 /// Keys that stand together in many tables, and their name.
-const GROUPS: [(&str, &str); 3] = [
+const GROUPS: [(&str, &str); 6] = [
     (
         "*specimen*",
         "`library` `area_m2` `thickness_m` `loading` `indenter_radius_m` `half_angle_rad` `bonded`",
@@ -140,6 +142,18 @@ const GROUPS: [(&str, &str); 3] = [
     (
         "*without units*",
         "`alpha` `beta` `delta` `gamma` `delay_samples`",
+    ),
+    (
+        "*analysed device*",
+        "`device_model` `mass_kg` `damping_n_s_per_m` `hand_stiffness_n_per_m` (none) `delay_s` (none) `current_lag_s` `plant_model`",
+    ),
+    (
+        "*imperfections*",
+        "`delay_s` `friction_n` `current_lag_s` (0) `encoder_resolution_m` `sensor_noise_m` `seed`",
+    ),
+    (
+        "*force sensor*",
+        "`sensed_range_n` `sensed_noise_n` `sensed_lag_s` `sensed_offset_n` `sensed_seed`",
     ),
 ];
 
@@ -217,7 +231,7 @@ impl Table {
     }
 }
 
-const HEAD: &str = "key | default; range | meaning\n---|---|---";
+const HEAD: &str = "key | meaning [default; range]\n---|---";
 
 /// Rows that at least three tables have: one for each key, that of most, with the default of most.
 fn shared(tables: &[Table]) -> Table {
