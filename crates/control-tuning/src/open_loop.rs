@@ -31,8 +31,8 @@ const TIMES: usize = 64;
 pub(crate) struct OpenLoop {
     points: Vec<Point>,
     /// Values at the crossover: ln s, its slope over ln ω, G with the hold, and the slope of its logarithm.
-    pub(crate) crossover: (Complex<f64>, Complex<f64>, Complex<f64>, Complex<f64>),
-    pub(crate) omega: f64,
+    pub crossover: (Complex<f64>, Complex<f64>, Complex<f64>, Complex<f64>),
+    pub omega: f64,
     nyquist: Nyquist,
     twin: Option<Twin>,
     /// Phase of the plant at rest, as it would be followed from 0 on, with the sign that its controller has.
@@ -531,7 +531,7 @@ impl Nyquist {
     }
 
     /// True if the loop is stable at a gain k, by the grid; `open` is L on it, `end` its [`end`](Self::end).
-    pub(super) fn is_stable(&self, open: &[Complex<f64>], end: f64, gain: f64) -> bool {
+    fn is_stable(&self, open: &[Complex<f64>], end: f64, gain: f64) -> bool {
         let (Some(first), Some(second), Some(last)) = (open.first(), open.get(1), open.last())
         else {
             return false;

@@ -487,7 +487,7 @@ impl Equations {
 
     /// Between two neighbours of μ where both `K_p` and `K_i` change sign, both may have the right one, however near these places are:
     /// the middle of the two.
-    pub(super) fn between(&self, lambda: f64, ends: [f64; 2], slope: f64) -> Option<[f64; 3]> {
+    fn between(&self, lambda: f64, ends: [f64; 2], slope: f64) -> Option<[f64; 3]> {
         let zero = |gain: usize| {
             let at = |mu: f64| Some(self.solved([lambda, mu, slope])?[gain] > 0.0);
             let ([mut low, mut high], above) = (ends, at(ends[0])?);

@@ -170,7 +170,7 @@ impl Specification {
 
     /// |S| and |T| at the crossover: `1/(2 sin(φ_m/2))`.
     #[must_use]
-    pub(crate) fn peak_at_crossover(&self) -> f64 {
+    fn peak_at_crossover(&self) -> f64 {
         0.5 / libm::sin(0.5 * self.phase_margin_rad)
     }
 

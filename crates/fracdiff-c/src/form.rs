@@ -18,16 +18,16 @@ pub(crate) enum Field {
 
 /// The core of an operator in C.
 pub(crate) struct Core {
-    pub(crate) tables: String,
+    pub tables: String,
     /// Its part of the history.
-    pub(crate) fields: Vec<Field>,
+    pub fields: Vec<Field>,
     /// Functions that the step calls.
-    pub(crate) functions: String,
+    pub functions: String,
     /// Step from `u` to `past`, without an input in between.
-    pub(crate) step: String,
-    pub(crate) direct: String,
+    pub step: String,
+    pub direct: String,
     /// Meaning of the numbers, for the comment.
-    pub(crate) words: String,
+    pub words: String,
 }
 
 /// The core of a list that an operator made.

@@ -115,7 +115,7 @@ impl CHeader {
 /// An operator in C, `@` for its name.
 pub(crate) struct Operator {
     words: String,
-    pub(crate) code: String,
+    pub code: String,
 }
 
 impl Operator {

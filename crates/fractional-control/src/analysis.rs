@@ -198,7 +198,7 @@ pub fn curve(
     points
 }
 
-pub(crate) fn adds_up(law: &ControllerParameters) -> bool {
+fn adds_up(law: &ControllerParameters) -> bool {
     match law {
         ControllerParameters::Pid(law) => law.integral != 0.0,
         ControllerParameters::Tid(law) => law.integral != 0.0,

@@ -81,7 +81,7 @@ pub(crate) struct Stage<F> {
     /// Range of the command, or 0 where that has no end.
     range: F,
     /// The share of a bias that is left after a sample.
-    pub(crate) keep: F,
+    pub keep: F,
 }
 
 impl<F: Real> Stage<F> {

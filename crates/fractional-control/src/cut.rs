@@ -36,8 +36,8 @@ const STEPS_MAX: usize = 4000;
 /// A decay: r in rad/s, and its share A of the step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Decay {
-    pub(crate) rate: f64,
-    pub(crate) size: f64,
+    pub rate: f64,
+    pub size: f64,
 }
 
 /// Place on the cut with its distances from the beginnings of its interval, which are exact where they are small.
@@ -163,7 +163,7 @@ impl ImplicitFactors {
     }
 
     /// Time before which a step has not arrived, s.
-    pub(crate) fn silence_s(&self) -> f64 {
+    fn silence_s(&self) -> f64 {
         let root = self.root_of_diffusion();
         root * root / ARRIVES
     }

@@ -61,7 +61,7 @@ pub struct Margins {
 }
 
 /// L as A below B, with the angle at which it has come to rest.
-pub(crate) struct Open<'a>(pub(crate) &'a SampledControlLoop, f64);
+pub(crate) struct Open<'a>(pub &'a SampledControlLoop, f64);
 
 impl OpenLoop for Open<'_> {
     type Node = ();

@@ -392,10 +392,10 @@ impl Reader<'_> {
 
 #[derive(Clone, Copy)]
 pub(crate) struct Quotient {
-    pub(crate) above: FractionalPolynomial,
-    pub(crate) below: FractionalPolynomial,
-    pub(crate) delay_s: f64,
-    pub(crate) factors: ImplicitFactors,
+    pub above: FractionalPolynomial,
+    pub below: FractionalPolynomial,
+    pub delay_s: f64,
+    pub factors: ImplicitFactors,
 }
 
 impl Quotient {

@@ -26,10 +26,10 @@ pub struct PidParameters {
 /// k·s^μ of (weight·r − y).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BranchParameters {
-    pub(crate) gain: f64,
+    pub gain: f64,
     /// μ, −2 to 2.
-    pub(crate) order: f64,
-    pub(crate) weight: f64,
+    pub order: f64,
+    pub weight: f64,
 }
 
 impl BranchParameters {

@@ -88,7 +88,7 @@ fn common(orders: &[f64], highest: f64) -> Option<f64> {
 
 /// A polynomial on the imaginary axis, over x = ln ω. Its numbers are relative to e^scale, so that no power is too large or too small.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OnAxis<'a>(pub(crate) &'a FractionalPolynomial);
+pub(crate) struct OnAxis<'a>(pub &'a FractionalPolynomial);
 
 /// Steps of a turn at most: a thousand times what any of the tests takes.
 const STEPS_MAX: usize = 1_000_000;

@@ -78,11 +78,11 @@ pub struct SampledHistory<F, const MODES: usize> {
 /// An order of a function with both its coefficients, and its distance from the highest: fraction and whole part.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Entry {
-    pub(crate) order: f64,
-    pub(crate) below: f64,
-    pub(crate) above: f64,
-    pub(crate) fraction: f64,
-    pub(crate) level: usize,
+    pub order: f64,
+    pub below: f64,
+    pub above: f64,
+    pub fraction: f64,
+    pub level: usize,
 }
 
 /// All orders of a function, highest first.

@@ -324,8 +324,8 @@ pub(crate) struct SampledStates {
 
 /// C(1 − wΦ)⁻¹Γ in powers of v = 1 − w: the denominator, and the numerators of Γ₀ and Γ₁.
 pub(crate) struct StatesInV {
-    pub(crate) below: Vec<f64>,
-    pub(crate) above: [Vec<f64>; 2],
+    pub below: Vec<f64>,
+    pub above: [Vec<f64>; 2],
 }
 
 impl SampledStates {

@@ -216,7 +216,7 @@ fn ticking<const D: usize>(
 /// The thread of the line.
 #[derive(Debug)]
 pub(crate) struct Serving {
-    pub(crate) port: u16,
+    pub port: u16,
     ended: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }

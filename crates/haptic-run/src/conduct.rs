@@ -111,7 +111,7 @@ pub fn close(recorder: Recorder, record: &RunRecord, at_rest: bool) -> Result<Re
 }
 
 /// Ticks from one report of progress to the next, for the supervisor.
-pub(crate) const REPORT: u64 = 1024;
+const REPORT: u64 = 1024;
 
 /// Runs a world for a number of samples. Ends early, with the force ramped to zero, when asked, when the world
 /// does not go on, or when the recorder has ended.

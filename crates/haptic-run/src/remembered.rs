@@ -307,7 +307,7 @@ fn each(limits: &mut Value, prefix: &str, visit: &mut dyn FnMut(&str, &mut Value
 }
 
 /// The limits that are remembered, by their keys.
-pub(crate) fn by_key(limits: &Limits) -> Map<String, Value> {
+fn by_key(limits: &Limits) -> Map<String, Value> {
     let mut map = Map::new();
     each(&mut json!(limits), "", &mut |key, value| {
         // In its shortest form: 0.1, not 0.10000000149.

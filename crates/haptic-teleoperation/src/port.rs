@@ -307,7 +307,7 @@ impl Settings {
     /// Most samples over which waves or energy that arrive together are spread.
     pub const PLAYOUT_MOST: u32 = 10_000;
 
-    pub(crate) fn silence_ticks(&self) -> Result<u64, LoopParameterError> {
+    fn silence_ticks(&self) -> Result<u64, LoopParameterError> {
         let t = positive("sample time", self.sample_time.0, "s")?;
         let ticks = libm::ceil(self.silence.0 / t - 1e-9);
         range(

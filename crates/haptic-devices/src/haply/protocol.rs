@@ -18,7 +18,7 @@ use haptic_remote::serial::TroubleCause;
 use thiserror::Error;
 
 /// Number of the device on its board, that of the maker's examples.
-pub(crate) const DEVICE_ID: u8 = 5;
+const DEVICE_ID: u8 = 5;
 /// Largest torque that the board lets a motor make, N·m.
 pub const TORQUE_MAX_NM: f64 = 0.123;
 /// Bytes of a frame of torques.

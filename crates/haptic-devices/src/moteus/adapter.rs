@@ -44,7 +44,7 @@ pub(super) enum Heard {
 /// The text of an adapter on a stream of bytes whose reads do not wait.
 #[derive(Debug)]
 pub(super) struct Adapter<S> {
-    pub(super) stream: S,
+    pub stream: S,
     checksums: Checksums,
     chunk: [u8; CHUNK],
     /// Unread part of the chunk.

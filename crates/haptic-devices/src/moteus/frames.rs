@@ -42,11 +42,11 @@ const ASKED: [(Register, &[Resolution]); 2] = [
 #[derive(Debug, PartialEq)]
 pub(super) struct Reply {
     /// Number of the mode: an unknown one too.
-    pub(super) mode: u8,
-    pub(super) position_rev: f32,
-    pub(super) velocity_rev_per_s: f32,
-    pub(super) torque_nm: f32,
-    pub(super) fault: i8,
+    pub mode: u8,
+    pub position_rev: f32,
+    pub velocity_rev_per_s: f32,
+    pub torque_nm: f32,
+    pub fault: i8,
 }
 
 impl Reply {
@@ -64,8 +64,8 @@ impl Reply {
 /// Speaker and listener of a frame.
 #[derive(Debug)]
 pub(super) struct Route {
-    pub(super) from: u8,
-    pub(super) to: u8,
+    pub from: u8,
+    pub to: u8,
 }
 
 impl Route {

@@ -53,8 +53,8 @@ pub struct Hand {
 pub(super) struct Turning {
     shaft: Shaft,
     profile: Option<RampHold>,
-    pub(super) angle_rad: f64,
-    pub(super) speed_rad_per_s: f64,
+    pub angle_rad: f64,
+    pub speed_rad_per_s: f64,
 }
 
 impl Turning {

@@ -125,7 +125,7 @@ pub(crate) struct Press {
     protocol: Protocol,
     path: Arc<PressPath>,
     /// The specimen: its shape, and the tissue of a simulated one.
-    pub(crate) piece: TissuePiece,
+    pub piece: TissuePiece,
     device: MassDamperConfig,
     /// Its parameters as far as its file leaves them open.
     open: Open,

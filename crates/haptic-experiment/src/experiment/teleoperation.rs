@@ -77,7 +77,7 @@ pub(crate) struct HandMotion {
 
 impl HandMotion {
     /// Time in which the motion begins, s.
-    pub(crate) const RISE_S: f64 = 1.0;
+    const RISE_S: f64 = 1.0;
 
     /// Up to `count` frequencies from low to high, evenly spaced in the logarithm, each with whole periods in the window.
     pub(crate) fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {

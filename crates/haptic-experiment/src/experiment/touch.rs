@@ -98,7 +98,7 @@ parameters! {
 const WAY: Range = Range::Within(-1e4, 1e7);
 
 /// Mass on an axis that is not given, kg.
-pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
+const TOUCH_MASS_DEFAULT: f64 = 0.065;
 
 /// Keys of `[touch]`.
 pub(crate) const TOUCH: &[Parameter] = &joined::<45>(&[

@@ -93,7 +93,7 @@ pub struct RunReport {
     /// Number of ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
     /// Time of a tick; null in a loop on a device, which does not report it.
-    pub(crate) tick_ns: Option<TickTimes>,
+    tick_ns: Option<TickTimes>,
     /// Timing of a run by the clock of this machine; null in another.
     pub(crate) realtime: Option<RealtimeSummary>,
     /// Counts of the link to the device; null without one.

@@ -131,7 +131,7 @@ impl World for HeldWorld<'_> {
 }
 
 /// The law of a device at a port, changed between its ticks.
-pub(super) struct Steering(pub(super) Looping);
+pub(super) struct Steering(pub Looping);
 
 impl Steers<f64, FadingFelt, 1> for Steering {
     fn steer(

@@ -43,22 +43,22 @@ impl Gate {
 #[derive(Debug, Default)]
 pub(super) struct Kept {
     /// The number of the next tick, one beyond the newest that is kept.
-    pub(super) made: u64,
-    pub(super) position_m: f64,
+    pub made: u64,
+    pub position_m: f64,
     /// The law of the newest of them.
-    pub(super) stimulus: u64,
+    pub stimulus: u64,
     /// No other law fades.
-    pub(super) settled: bool,
+    pub settled: bool,
     /// Sums over the ticks of the stimulus that is felt.
-    pub(super) tally: Tally,
-    pub(super) certifying: Certifying,
+    pub tally: Tally,
+    pub certifying: Certifying,
     /// Positions that the law has heard, m, and the number of the first.
-    pub(super) past_m: VecDeque<f64>,
-    pub(super) past_from: u64,
+    pub past_m: VecDeque<f64>,
+    pub past_from: u64,
     /// Position before them, where the law began, m.
-    pub(super) start_m: f64,
+    pub start_m: f64,
     /// The loop has ended, and all is kept.
-    pub(super) is_over: bool,
+    pub is_over: bool,
 }
 
 impl Kept {
@@ -97,13 +97,13 @@ impl Kept {
 /// It, for the keeper and whoever waits.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
-    pub(super) kept: Mutex<Kept>,
-    pub(super) moved: Condvar,
+    pub kept: Mutex<Kept>,
+    pub moved: Condvar,
 }
 
 pub(super) struct Watching {
-    pub(super) shared: Arc<Shared>,
-    pub(super) batch: Vec<Ticked>,
+    pub shared: Arc<Shared>,
+    pub batch: Vec<Ticked>,
 }
 
 impl Watch for Watching {

@@ -224,7 +224,7 @@ pub(crate) struct Machine {
 
 impl Machine {
     /// Looks into `proc` and `sys` in this folder, `/` but for tests.
-    pub(crate) fn inspect(root: &Path) -> Self {
+    fn inspect(root: &Path) -> Self {
         let (system, cores) = (
             std::env::consts::OS,
             std::thread::available_parallelism().map_or(1, usize::from),

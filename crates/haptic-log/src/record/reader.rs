@@ -613,10 +613,10 @@ fn size_of(chunk: &[u8]) -> Option<u64> {
 /// The messages of a channel by the index behind each chunk.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Indexed {
-    pub(super) count: u64,
+    pub count: u64,
     /// Log times of the first and the last, ns.
-    pub(super) first_ns: u64,
-    pub(super) last_ns: u64,
+    pub first_ns: u64,
+    pub last_ns: u64,
 }
 
 /// Counts the messages of an index.

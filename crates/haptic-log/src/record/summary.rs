@@ -40,17 +40,17 @@ impl Gap {
 /// Counts ticks as they pass.
 #[derive(Debug, Default)]
 pub(crate) struct TickCount {
-    pub(crate) samples: u64,
-    pub(crate) first: Option<(u64, f64)>,
-    pub(crate) last: Option<(u64, f64)>,
-    pub(crate) gaps: Vec<Gap>,
-    pub(crate) flaws: FlawCounts,
+    pub samples: u64,
+    pub first: Option<(u64, f64)>,
+    pub last: Option<(u64, f64)>,
+    pub gaps: Vec<Gap>,
+    pub flaws: FlawCounts,
     /// End of the run, if the log says it.
-    pub(crate) end: Option<RunEnd>,
+    pub end: Option<RunEnd>,
     /// The first file of the log, if this is a later one.
-    pub(crate) continues: Option<String>,
+    pub continues: Option<String>,
     /// Ticks of the drive, if the log has one.
-    pub(crate) drive: Option<Box<Self>>,
+    pub drive: Option<Box<Self>>,
 }
 
 impl TickCount {

@@ -268,7 +268,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
 /// then: the tick fails instead, and the hardware lets go.
 #[derive(Debug)]
 pub(super) struct Punctual<H> {
-    pub(super) hardware: H,
+    pub hardware: H,
     clock: HeldClock,
     /// None for hardware in its own time, which nothing holds up.
     latest_us: Option<u64>,
@@ -373,7 +373,7 @@ impl DeviceTime {
         self.0.load(Ordering::Acquire)
     }
 
-    pub(super) fn pass(&self, passed_us: u64) {
+    fn pass(&self, passed_us: u64) {
         self.0.fetch_add(passed_us, Ordering::AcqRel);
     }
 }

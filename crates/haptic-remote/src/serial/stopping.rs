@@ -64,7 +64,7 @@ pub(super) fn spawn(
     builder.spawn(run).map_err(thread_error)
 }
 
-pub(super) fn thread_error(error: impl Display) -> SerialError {
+fn thread_error(error: impl Display) -> SerialError {
     SerialError::Thread {
         reason: error.to_string(),
     }

@@ -66,21 +66,21 @@ pub(super) struct Ready<'a, M> {
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
 pub(super) struct HostSession<'a, M, const D: usize> {
-    pub(super) ready: Ready<'a, M>,
-    pub(super) recorder: Recorder,
-    pub(super) record: RunRecord,
-    pub(super) samples_lost: u64,
-    pub(super) next_tick: u64,
+    pub ready: Ready<'a, M>,
+    pub recorder: Recorder,
+    pub record: RunRecord,
+    pub samples_lost: u64,
+    pub next_tick: u64,
     /// The device has said that the run is over, or its newest sample that there is no force any more.
-    pub(super) over: bool,
+    pub over: bool,
     /// The device does not answer.
-    pub(super) deaf: bool,
+    pub deaf: bool,
     /// The law that a motor pushes into has swung.
-    pub(super) swung: bool,
+    pub swung: bool,
     /// The device at the other side of a contact, if there is one.
-    pub(super) partner: Option<Partner<'a>>,
+    pub partner: Option<Partner<'a>>,
     /// Samples before the time is known from which a run with a partner counts.
-    pub(super) pending: Vec<M>,
+    pub pending: Vec<M>,
 }
 
 impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
@@ -239,7 +239,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     }
 
     /// A run in the device's loop: everything is decided there.
-    pub(super) fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
+    fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
         // A run of 2³² ticks and more is stopped from here, and so is that of a tissue whose drive sends its start.
         let ticks = u32::try_from(self.ready.schedule.samples).unwrap_or(0);
         if !self.start(ticks, supervisor)? {
@@ -467,7 +467,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// After a fault on the device: hears what follows it, and reads the device's own flight recorder, whose
     /// samples fill in for those that did not come.
-    pub(super) fn after_fault(&mut self) {
+    fn after_fault(&mut self) {
         if !matches!(self.record.ended, Some(Ending::DeviceFault(_))) {
             return;
         }
@@ -839,7 +839,7 @@ enum Last {
 
 impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// The line or the device is gone, or does not answer: the log keeps what there is, and what still comes.
-    pub(super) fn give_up(&mut self, error: &SerialError) {
+    fn give_up(&mut self, error: &SerialError) {
         let error = if let SerialError::Link(error) = error {
             *error
         } else {

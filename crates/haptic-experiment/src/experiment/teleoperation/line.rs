@@ -39,11 +39,11 @@ const FAREWELLS: usize = 3;
 
 /// The socket and who may speak on it.
 pub(super) struct Line {
-    pub(super) socket: UdpSocket,
-    pub(super) peer: Option<SocketAddr>,
-    pub(super) state: Peer,
-    pub(super) buffer: [u8; FRAME_MAX],
-    pub(super) strangers: u64,
+    pub socket: UdpSocket,
+    pub peer: Option<SocketAddr>,
+    pub state: Peer,
+    pub buffer: [u8; FRAME_MAX],
+    pub strangers: u64,
     /// The last answer to a stranger.
     refused: Option<Moment>,
 }

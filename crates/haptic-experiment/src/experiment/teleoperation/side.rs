@@ -41,7 +41,7 @@ use std::time::{Duration, SystemTime};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum FarEnd {
+enum FarEnd {
     Done,
     /// Its time was over, but the clock had skipped more ticks than a result may miss.
     Late,

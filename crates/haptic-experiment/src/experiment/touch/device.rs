@@ -29,11 +29,11 @@ pub(super) struct HeldAxes<const D: usize> {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HandEnergy {
     /// Energy given in all; negative if the hand gave more.
-    pub(super) given_j: f64,
+    pub given_j: f64,
     /// The most at any time.
-    pub(super) most_j: f64,
+    pub most_j: f64,
     /// All that went through the hand, either way.
-    pub(super) moved_j: f64,
+    pub moved_j: f64,
 }
 
 impl<const D: usize> HeldAxes<D> {

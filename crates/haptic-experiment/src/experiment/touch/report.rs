@@ -36,7 +36,7 @@ use std::f64::consts::TAU;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum TouchVerdict {
+enum TouchVerdict {
     /// The hand was given no energy, and the force stayed within its limits.
     Passive,
     /// The hand was given energy.

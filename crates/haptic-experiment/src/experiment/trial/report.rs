@@ -77,10 +77,10 @@ pub(crate) trait Trial: PushedTrial + Debug + Send + Sync + 'static {
 /// A law on a pushed device, and how it is run.
 #[derive(Clone, Debug)]
 pub(crate) struct Conducted<T> {
-    pub(crate) trial: T,
-    pub(crate) conduct: Conduct,
+    pub trial: T,
+    pub conduct: Conduct,
     /// A second device at a port, which pushes.
-    pub(crate) second: Option<RemoteDevice>,
+    pub second: Option<RemoteDevice>,
 }
 
 impl<T: Trial> Conducted<T> {

@@ -110,16 +110,16 @@ pub struct SessionReport {
 #[derive(Debug)]
 pub(super) struct Ended {
     /// The failure, for the first who asks.
-    pub(super) failure: Option<Failure>,
-    pub(super) words: String,
-    pub(super) report: Option<SessionReport>,
+    pub failure: Option<Failure>,
+    pub words: String,
+    pub report: Option<SessionReport>,
 }
 
 /// Facts of the device before it is armed.
 pub(super) struct Connected {
     /// Samples by which the loop here is later than one on it.
-    pub(super) line: usize,
-    pub(super) rise_ticks: u64,
+    pub line: usize,
+    pub rise_ticks: u64,
 }
 
 /// The document with what a session decides.
@@ -205,16 +205,16 @@ pub(super) fn request(
 
 /// All that the thread of the loop owns.
 pub(super) struct Work {
-    pub(super) wall: WallExperiment,
-    pub(super) controller: Controller<f64, 1, FadingFelt>,
-    pub(super) looping: Looping,
-    pub(super) request: FolderRequest,
-    pub(super) metadata: BTreeMap<String, String>,
-    pub(super) gate: Option<Arc<Gate>>,
-    pub(super) stop: Arc<AtomicBool>,
-    pub(super) connected: Sender<Connected>,
+    pub wall: WallExperiment,
+    pub controller: Controller<f64, 1, FadingFelt>,
+    pub looping: Looping,
+    pub request: FolderRequest,
+    pub metadata: BTreeMap<String, String>,
+    pub gate: Option<Arc<Gate>>,
+    pub stop: Arc<AtomicBool>,
+    pub connected: Sender<Connected>,
     /// Mass and damping are given.
-    pub(super) is_known: bool,
+    pub is_known: bool,
 }
 
 impl Work {

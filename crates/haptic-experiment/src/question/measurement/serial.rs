@@ -20,11 +20,11 @@ use std::sync::atomic::AtomicBool;
 
 /// Motion of a device that takes a force, or of a robot.
 pub(crate) struct Moved {
-    pub(crate) record: MotionRecord,
-    pub(crate) is_robot: bool,
+    pub record: MotionRecord,
+    pub is_robot: bool,
     /// Its board and firmware, in words.
-    pub(crate) board: String,
-    pub(crate) plan: MeasurePlan,
+    pub board: String,
+    pub plan: MeasurePlan,
 }
 
 /// Measures a serial device. Its own limits hold too, where they are tighter.

@@ -43,7 +43,7 @@ pub(super) fn quiet() -> Supervisor<'static> {
 
 /// Record of a finished session, and its log.
 pub(super) struct Left {
-    pub(super) record: RunRecord,
+    pub record: RunRecord,
     ticks: Vec<TickMessage>,
     /// Kinds and times, s.
     events: Vec<(String, f64)>,
