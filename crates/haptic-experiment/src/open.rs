@@ -23,6 +23,7 @@ use crate::experiment::kind::Experiment;
 use crate::experiment::press::{Press, PressRecord};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::{Published, Report};
+use haptic_document::bad_input;
 use haptic_document::parameters::{
     CONTROLLER, DEVICE, DEVICE_MODEL, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, Parameter, Value,
 };
@@ -258,11 +259,11 @@ impl ExperimentFile {
     /// An experiment that no pre-flight refuses.
     pub fn though_unstable(mut self) -> Result<Self, Failure> {
         if self.is_simulated() && !self.0.may_be_refused() {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "{FORCE_UNSTABLE} is for serial devices, drives and teleoperations: give {} or {} too",
                 DEVICE.set_to("serial:PATH"),
                 CONTROLLER.set_to("FILE.toml")
-            )));
+            ));
         }
         self.0.conduct_mut().force_unstable = true;
         Ok(self)

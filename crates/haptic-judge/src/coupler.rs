@@ -33,6 +33,7 @@ use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LoopOperator,
 };
+use haptic_document::bad_input;
 use haptic_document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use haptic_document::parameters::{Parameter, joined};
@@ -144,10 +145,10 @@ impl CouplerTrial {
     /// Refuses a loop on a device, which cannot carry it.
     fn check_loop(&self) -> Result<(), Failure> {
         match self.setup.at_port {
-            Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
+            Some(LoopMode::Device) => Err(bad_input!(
                 "a loop on the device cannot run a coupler, as its firmware renders only walls: give {loop_host}",
                 loop_host = p::LOOP.set_to("host")
-            ))),
+            )),
             _ => Ok(()),
         }
     }

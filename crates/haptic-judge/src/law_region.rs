@@ -18,6 +18,7 @@ use haptic_analysis::{
     Dynamics, LawElements, LawSet, LoopOperator, PotRange, SampledWall, SetVerdict, prove_laws,
 };
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_document::parameters::{Parameter, SCHEME};
 use haptic_quantity::digits;
 use haptic_tissue::ModelKind;
@@ -134,11 +135,11 @@ impl LawRegion {
                 ..
             } = corner.scheme
             else {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "a region is proved for {}, not for {}: omit it, or allow each law alone",
                     SCHEME.set_to("full"),
                     corner.scheme
-                )));
+                ));
             };
         }
         let [(kind, least), (other, most)] = [numbers(low), numbers(high)];
@@ -187,10 +188,10 @@ impl LawRegion {
         }
         let (mut good, mut bad) = (0.0, 1.0);
         if !holds(0.0)? {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "not all of this region is proved stable, nor its soft end with these orders ({}): give fewer orders, or softer laws",
                 self.words()
-            )));
+            ));
         }
         for _ in 0..HALVINGS {
             let middle = 0.5 * (good + bad);
@@ -201,10 +202,10 @@ impl LawRegion {
             let share = if is_order { 1.0 } else { good };
             (name, [least, least + share * (most - least)])
         });
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "not all of this region is proved stable, free and in a hand: {} is",
             words(part)
-        )))
+        ))
     }
 
     /// True of a law within it; the nearest that is, in words, of another one of its kind, with how far it is away; `None` of another kind.

@@ -14,6 +14,7 @@ use fracdiff::{
 };
 use haptic_analysis::{AnalysisError, LoopOperator};
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_document::parameters::{AREA, SCHEME, THICKNESS};
 use haptic_loop::units::{Metres, Pascals};
 use haptic_loop::{DepthMap, Loading, LoadingKind, LoopParameterError, Specimen, Tissue};
@@ -438,11 +439,11 @@ fn design(
         tolerance,
     } = scheme
     else {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "scheme {scheme} makes one spring-pot, not a model with more elements: use {scheme_full}, or a short memory, as in {short}",
             scheme_full = SCHEME.set_to("full"),
             short = SCHEME.set_to("grunwald:1000")
-        )));
+        ));
     };
     sampled
         .design(tolerance, horizon.max(HORIZON_MIN))

@@ -22,6 +22,7 @@ use crate::reference::{ReferenceSeries, ReferenceWeights};
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, Dynamics, LoopOperator, SampledLoop, SampledWall};
+use haptic_document::bad_input;
 use haptic_document::{Failure, Named};
 use haptic_loop::DepthMap;
 use haptic_tissue::Model;
@@ -312,8 +313,7 @@ impl Preflight<'_> {
         every_motion: bool,
     ) -> Result<PreflightVerdict, Failure> {
         let operator = self.loop_operator();
-        let operator =
-            operator.map_err(|error| Failure::bad_input(format_args!("pre-flight: {error}")))?;
+        let operator = operator.map_err(|error| bad_input!("pre-flight: {error}"))?;
         self.judge(dynamics, line, &operator, every_motion)
             .map_err(analysed)
     }

@@ -12,6 +12,7 @@ use crate::tissue_table::{linear_piece, scheme};
 use crate::trial::{VirtualWall, thrown, wall_at_start};
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::{AdmittanceWorld, Dynamics};
+use haptic_document::bad_input;
 use haptic_document::parameters::{LOOP, Parameter, UNNAMED_PIECE};
 use haptic_document::{Failure, FileError, Table};
 use haptic_link::LoopMode;
@@ -334,10 +335,10 @@ impl PushedTrial for WallTrial {
     fn parts(&self) -> Result<TrialParts<Self::Law>, Failure> {
         let t = self.setup.device.sample_time;
         if self.order.get() < 0.0 {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "order {} is not in [0, 2]: a wall has no integral",
                 self.order
-            )));
+            ));
         }
         let plan = self.setup.plan();
         let samples = plan.samples(t)?;

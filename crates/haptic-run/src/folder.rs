@@ -1,6 +1,7 @@
 //! Files of an experiment: one folder, one stem, nothing overwritten unasked.
 
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_document::parameters::{OUT, OVERWRITE};
 use haptic_log::record::{
     Leftover, NewFile, leftover_at, nth_file, part_of, refuse_taken, remove_earlier,
@@ -133,10 +134,10 @@ impl OutputFolder {
                 Err(error) => return Err(cannot_make(&self.path, error)),
             }
         }
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "`{RESULTS}` holds {0}-0001 to {0}-9999: move some away, or give {OUT}",
             self.request.stem
-        )))
+        ))
     }
 
     /// Refuses files of this name unless they may be replaced, and a log that was cut off always.

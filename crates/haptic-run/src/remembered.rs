@@ -22,6 +22,7 @@
 
 use crate::identity::{DeviceIdentity, Known};
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_link::{Configuration, GuardKind, Limits};
 use haptic_log::record::NewFile;
 use haptic_loop::Limit;
@@ -110,12 +111,12 @@ impl Remembered {
             Known::Number(_) | Known::Link(_) | Known::Not => None,
         };
         tight.map_or(Ok(()), |tight| {
-            Err(Failure::bad_input(format_args!(
+            Err(bad_input!(
                 "{} may be any of its name, and one of them was set tighter ({}): end that with host-cli device forget on it, or \
                  flash firmware that tells a serial number",
                 self.identity,
                 loosened(&tight, &next.limits).join(", ")
-            )))
+            ))
         })
     }
 

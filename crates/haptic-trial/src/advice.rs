@@ -9,6 +9,7 @@ use fracdiff::parameter::Shown;
 use fractional_control::ControlError;
 use haptic_analysis::AnalysisError;
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_document::parameters::{
     CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION, HAND_COUPLER_DISSIPATION,
     HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
@@ -107,11 +108,11 @@ pub fn check(parameter: &Parameter, value: f64) -> Result<(), Failure> {
     if range.contains(value) {
         return Ok(());
     }
-    Err(Failure::bad_input(format_args!(
+    Err(bad_input!(
         "{} = {} is not {range}: change {parameter}",
         parameter.key,
         Shown(value)
-    )))
+    ))
 }
 
 /// A number as a device has it, in single precision.
@@ -123,9 +124,9 @@ pub fn single(name: &str, value: f64) -> Result<f32, Failure> {
     if single.is_finite() && (single != 0.0 || value == 0.0) {
         Ok(single)
     } else {
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "{name} {value:e} is not in single precision, 0 or 1.4e-45 to 3.4e38: change {name}"
-        )))
+        ))
     }
 }
 

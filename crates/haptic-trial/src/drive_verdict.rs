@@ -1,6 +1,7 @@
 //! The certified verdict on a controller that holds an indenter.
 
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_document::parameters::{CONTROLLER, FORCE_UNSTABLE};
 use serde::Serialize;
 
@@ -79,8 +80,8 @@ impl DriveVerdict {
             return Ok(());
         };
         let remedy = unstable.remedy();
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: use another {CONTROLLER}, or {FORCE_UNSTABLE}"
-        )))
+        ))
     }
 }

@@ -5,6 +5,7 @@ use crate::flat::flat;
 use crate::keys::admittance::{BODY_DAMPING, BODY_INERTANCE};
 use haptic_analysis::Dynamics;
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE};
 use haptic_quantity::written;
 use serde::Serialize;
@@ -192,11 +193,11 @@ impl PreflightVerdict {
             return Ok(());
         }
         if let Some(robot) = &self.robot {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "pre-flight: this robot is {}: {}, or run it anyway with {FORCE_UNSTABLE}",
                 self.numbers(),
                 robot.advice(self.margin)
-            )));
+            ));
         }
         let smaller = |factor: f64| {
             let factor = (factor * 1e3).floor() / 1e3;
@@ -234,9 +235,9 @@ impl PreflightVerdict {
                 },
             ),
         };
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "pre-flight: {what}, {numbers}: {advice} or run it anyway with {FORCE_UNSTABLE}"
-        )))
+        ))
     }
 
     /// A sentence about a loop that is unstable or not passive; `None` if there is nothing to say, or a guard

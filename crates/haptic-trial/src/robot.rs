@@ -28,6 +28,7 @@ use haptic_analysis::{
     AdmittanceBody, AdmittanceBox, AdmittanceLoop, AdmittanceNumber, AdmittanceWorld, ForceFilter,
     HandImpedance, LoopOperator, Robot, VelocityLoop,
 };
+use haptic_document::bad_input;
 use haptic_document::parameters::{
     CURRENT_LAG, DEAD_TIME, Parameter, STATE_A, STATE_B, STATE_B_HAND, STATE_C, STATE_C_HAND,
     STATE_PLANT,
@@ -513,12 +514,12 @@ impl RobotInHands {
             Ok(_) => Ok(device),
             Err(
                 error @ (MotionStartRefused::Offset { .. } | MotionStartRefused::Unsteady { .. }),
-            ) => Err(Failure::bad_input(format_args!(
+            ) => Err(bad_input!(
                 "{error}: of a simulated robot lower {ROBOT_NOISE}, or give more {ROBOT_RANGE}"
-            ))),
-            Err(MotionStartRefused::Outside { .. }) => Err(Failure::bad_input(format_args!(
+            )),
+            Err(MotionStartRefused::Outside { .. }) => Err(bad_input!(
                 "a trial begins at 0 m, which is not between the ends of the robot's way: change {MOTION_LOW} or {MOTION_HIGH}"
-            ))),
+            )),
             Err(error) => Err(Failure::run(error)),
         }
     }

@@ -3,6 +3,7 @@
 use crate::tick::KeptSample;
 use fracdiff::parameter::Shown;
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_document::parameters::TRIAL_DURATION;
 use haptic_message::TickMessage;
 use std::ops::RangeInclusive;
@@ -134,13 +135,13 @@ pub fn count(
     if allowed.contains(&samples) {
         return Ok(samples as u64);
     }
-    Err(Failure::bad_input(format_args!(
+    Err(bad_input!(
         "duration {} s in steps of {} s is {samples} samples, not in [{}, {:e}]: change {TRIAL_DURATION}",
         Shown(duration_s),
         Shown(sample_time_s),
         allowed.start(),
         allowed.end()
-    )))
+    ))
 }
 
 #[cfg(test)]

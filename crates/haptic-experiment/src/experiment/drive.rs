@@ -16,6 +16,7 @@ mod tests;
 use fracdiff::parameter::Shown;
 use fractional_control::{ControlError, ControllerSetup};
 use haptic_analysis::Dynamics;
+use haptic_document::bad_input;
 use haptic_document::parameters::range::FORCE_LIMITS;
 use haptic_document::parameters::{
     CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
@@ -149,18 +150,18 @@ impl Drive {
     fn limited(&self, sample_time_s: f64) -> Result<ControllerSetup, Failure> {
         let limit = self.force_limit_n;
         if !DRIVE_FORCE_LIMIT.range().contains(limit) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "drive force limit {} N is not {} N: change {DRIVE_FORCE_LIMIT}",
                 Shown(limit),
                 DRIVE_FORCE_LIMIT.range()
-            )));
+            ));
         }
         let made_for_s = self.controller.setup.sample_time_s;
         if (made_for_s / sample_time_s - 1.0).abs() > 1e-9 {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "drive {}: made for a sample time of {made_for_s} s, not {sample_time_s} s: change {SAMPLE_TIME} or {CONTROLLER}",
                 self.name
-            )));
+            ));
         }
         let mut limited = self.controller.setup.clone();
         let within = |end: Option<f64>, most: f64| end.map_or(most, |end| end.clamp(-limit, limit));
@@ -189,7 +190,7 @@ impl Drive {
     }
 
     fn refused(&self, error: &ControlError) -> Failure {
-        Failure::bad_input(format_args!("drive {}: {error}", self.name))
+        bad_input!("drive {}: {error}", self.name)
     }
 }
 

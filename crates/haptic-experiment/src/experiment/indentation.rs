@@ -19,6 +19,7 @@ use crate::judge::against::Measured;
 use crate::judge::{Published, Report};
 use fracdiff::Real;
 use fractional_control::Term;
+use haptic_document::bad_input;
 use haptic_document::parameters::{
     CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, TISSUE_IN_LOG,
 };
@@ -390,33 +391,31 @@ impl Indentation {
             if matches!(self.load, RigDrive::Force(_))
                 && second.remote.loop_mode == LoopMode::Device
             {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "the force that the {CONTROLLER} of a drive holds in a creep test is that of the other device: use {}",
                     DRIVE_LOOP.set_to("host")
-                )));
+                ));
             }
             fits_two_devices(self.check()?)?;
         } else if let Some(remote) = &self.conduct.remote {
             if matches!(self.load, RigDrive::Force(_)) {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "no device measures the force that the {CONTROLLER} of a drive holds in a creep test: use [relax], or omit {DEVICE}"
-                )));
+                ));
             }
             if remote.loop_mode == LoopMode::Host {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "the {CONTROLLER} of a drive runs on the device: use {loop_device}",
                     loop_device = LOOP.set_to("device")
-                )));
+                ));
             }
         }
         match self.contact {
             IndenterContact::Compliant => Ok(()),
-            IndenterContact::Rigid | IndenterContact::Ideal => {
-                Err(Failure::bad_input(format_args!(
-                    "the {CONTROLLER} of a drive moves a mass, and this contact has none: use {contact_compliant}",
-                    contact_compliant = CONTACT.set_to("compliant")
-                )))
-            }
+            IndenterContact::Rigid | IndenterContact::Ideal => Err(bad_input!(
+                "the {CONTROLLER} of a drive moves a mass, and this contact has none: use {contact_compliant}",
+                contact_compliant = CONTACT.set_to("compliant")
+            )),
         }
     }
 

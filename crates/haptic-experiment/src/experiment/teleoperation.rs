@@ -25,6 +25,7 @@ use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
+use haptic_document::bad_input;
 use haptic_document::parameters::{
     DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, SAMPLE_TIME,
     SCHEME,
@@ -172,11 +173,11 @@ impl TeleoperationExperiment {
         ] {
             let damping = device.damping.0;
             if self.architecture == Architecture::Wave && impedance > damping {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "wave impedance {impedance} N·s/m is above the damping of the {side}, {damping} N·s/m: lower {WAVE_IMPEDANCE}",
                     impedance = Shown(impedance),
                     damping = Shown(damping)
-                )));
+                ));
             }
         }
         Ok(())
@@ -189,20 +190,20 @@ impl TeleoperationExperiment {
         let most = self.duration_s - HandMotion::RISE_S;
         let whole = (self.window_s / t - (self.window_s / t).round()).abs() < 1e-6;
         if !(self.window_s >= t && self.window_s <= most && whole) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "window {} s is not whole samples of {t} s, {} s below the run: change {TELEOPERATION_WINDOW} or {TELEOPERATION_DURATION}",
                 Shown(self.window_s),
                 HandMotion::RISE_S,
                 t = Shown(t)
-            )));
+            ));
         }
         let highest = self.motion.frequencies_hz.last().copied().unwrap_or(0.0);
         if !(highest > 0.0 && highest < 0.45 / t) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "highest frequency {highest} Hz is not above 0 and below {} Hz: change {HIGH}, {FREQUENCIES} or {SAMPLE_TIME}",
                 Shown(0.45 / t),
                 highest = Shown(highest)
-            )));
+            ));
         }
         Ok(())
     }
@@ -318,11 +319,7 @@ impl TeleoperationExperiment {
         let slave = Dynamics::ideal(self.slave.mass.0, self.slave.damping.0);
         let verdict = loops.proved(slave, 0)?;
         let required = verdict.require_stable(self.conduct.force_unstable);
-        required.map_err(|refusal| {
-            Failure::bad_input(format_args!(
-                "the slave in its remote environment: {refusal}"
-            ))
-        })?;
+        required.map_err(|refusal| bad_input!("the slave in its remote environment: {refusal}"))?;
         Ok(Some(verdict))
     }
 }

@@ -21,6 +21,7 @@ use super::waiting::{Gate, Kept, LOOK, Shared, Watching};
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
+use haptic_document::bad_input;
 use haptic_document::parameters::{DAMPING, DEVICE_MODEL, LOOP, MASS};
 use haptic_document::{Document, Failure};
 use haptic_judge::felt::{Certificate, Certifying, FeltSummary, Tally};
@@ -145,10 +146,10 @@ impl Session {
             .as_ref()
             .filter(|remote| remote.loop_mode == LoopMode::Device)
         {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "the loop of a session is on this computer: omit {LOOP} for {}",
                 remote.name
-            )));
+            ));
         }
         let claim = remote.as_ref().map(|remote| Claim::of(&remote.name));
         let claim = claim.transpose()?;
@@ -319,11 +320,11 @@ impl Session {
     ) -> Result<bool, Failure> {
         self.goes_on()?;
         if !WORKSPACE_ENDS.range().contains(surface_m) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "surface = {} is not {} m: change it",
                 Shown(surface_m),
                 WORKSPACE_ENDS.range()
-            )));
+            ));
         }
         let mut course = locked(&self.course);
         let allowed = course.allowed.get(wall).cloned();
@@ -542,9 +543,9 @@ impl Session {
             time_s >= 0.0 && time_s.is_finite() && (low..=high).contains(&place_m)
         };
         if path.is_empty() || !grows || !path.iter().all(is_within) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "the path of the hand needs times that grow from 0 s on, and places in [{low}, {high}] m: change it"
-            )));
+            ));
         }
         self.orders.give(LoopOrder::Path(path.into()))
     }

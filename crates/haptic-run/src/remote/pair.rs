@@ -9,6 +9,7 @@ use crate::recorder;
 use crate::supervisor::Supervisor;
 use fracdiff::Real;
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_document::parameters::{
     DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, SAMPLE_TIME, TRIAL_DURATION,
 };
@@ -31,9 +32,9 @@ pub fn fits_two_devices(samples: u64) -> Result<(), Failure> {
     if keeps_all(samples) {
         Ok(())
     } else {
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "a run on two devices has at most {WHOLE_MOST} samples: use a shorter {TRIAL_DURATION}, or a longer {SAMPLE_TIME}"
-        )))
+        ))
     }
 }
 
@@ -100,10 +101,10 @@ impl PairRun<'_> {
         let simulates = |ready: &&Ready<'_, _>| ready.link.capabilities().simulated;
         let simulated = [&tissue, &drive].into_iter().find(simulates);
         if let (None, Some(ready)) = (&self.judged, simulated) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "{} simulates a mass of its own, which no other device touches: name two real devices, or two emulated ones that face each other",
                 ready.device.name
-            )));
+            ));
         }
         // Before, nobody knows their clocks.
         let delays_s = [tissue.measured_delay_s(), drive.measured_delay_s()];

@@ -15,6 +15,7 @@ use crate::judge::{Published, Report};
 use haptic_analysis::Dynamics;
 use haptic_devices::haply::HaplyPlane;
 use haptic_document::Failure;
+use haptic_document::bad_input;
 use haptic_document::parameters::{DEVICE, TISSUE_IN_LOG};
 use haptic_judge::preflight::Preflight;
 use haptic_link::LoopMode;
@@ -111,10 +112,10 @@ impl TouchExperiment {
         if begins <= START_MOST_M {
             return Ok(());
         }
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
              by {TOUCH_WAY} or {TOUCH_CIRCLE_START}, or move the shape"
-        )))
+        ))
     }
 
     fn run_in<const D: usize>(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
@@ -184,9 +185,9 @@ impl TouchExperiment {
     /// Refuses what a device at a port cannot do.
     fn check_on<const D: usize>(&self) -> Result<(), Failure> {
         if self.must_be_passive {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "{TOUCH_MUST_BE_PASSIVE} is for the simulated device, where the energy of the hand is known: omit it with {DEVICE}"
-            )));
+            ));
         }
         match self.plane().filter(|_| D == 2) {
             Some(plane) => self.reached(&plane).map(drop),

@@ -4,6 +4,7 @@ use super::opening::{law_keys, wall};
 use super::{Allowed, Course, NOT_ALLOWED, Session};
 use crate::live::orders::locked;
 use haptic_analysis::Dynamics;
+use haptic_document::bad_input;
 use haptic_document::parameters::CONTROLLER;
 use haptic_document::{Document, Failure, Named as _};
 use haptic_judge::law_region::{LawRegion, prove_mix};
@@ -21,7 +22,7 @@ impl Session {
         self.goes_on()?;
         let judged = walls.iter().enumerate().map(|(place, wall)| {
             let judged = self.law_of(wall).and_then(|trial| self.judged(trial));
-            judged.map_err(|failure| Failure::bad_input(format_args!("wall {place}: {failure}")))
+            judged.map_err(|failure| bad_input!("wall {place}: {failure}"))
         });
         let judged = judged.collect::<Result<Vec<Allowed>, Failure>>()?;
         let mut course = locked(&self.course);
@@ -37,16 +38,16 @@ impl Session {
             .find(|given| law_keys().all(|key| key != *given))
         {
             if other == CONTROLLER.key {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "{other} cannot be felt in a session: its memory follows the force that was sent, which no law has alone while two fade or \
                      energy runs out, so no change could be proved; give a wall or a tissue, and judge a controller by [zwidth]"
-                )));
+                ));
             }
             let keys: Vec<&str> = law_keys().collect();
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "{other} is not a key of a wall to feel: give some of {}",
                 keys.join(", ")
-            )));
+            ));
         }
         Ok(wall(&self.base.with(law)?)?.trial)
     }

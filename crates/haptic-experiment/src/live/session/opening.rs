@@ -9,6 +9,7 @@ use crate::live::ticking::{FadingFelt, Looping};
 use crate::live::waiting::Gate;
 use crate::open::DocumentOfKind as _;
 use crate::open::ExperimentFile;
+use haptic_document::bad_input;
 use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
 use haptic_document::{Document, Failure, IN_LOG};
 use haptic_loop::Controller;
@@ -58,9 +59,9 @@ impl Claim {
     pub(super) fn of(name: &LinkedName) -> Result<Self, Failure> {
         let mut open = locked(&OPEN);
         if open.iter().any(|other| other.may_be(name)) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "a session on {name} is open already: close it first"
-            )));
+            ));
         }
         open.push(name.clone());
         Ok(Self(name.clone()))
@@ -128,14 +129,14 @@ pub(super) fn prepared(options: &SessionOptions) -> Result<Document, Failure> {
     let given: Vec<String> = document.given().map(str::to_owned).collect();
     let has = |key: &str| given.iter().any(|given| given == key);
     if let Some(key) = law_keys().find(|key| has(key)) {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "{key} is of a wall, not of the session: give it in a wall to allow"
-        )));
+        ));
     }
     if !has(TRIAL_FORCE_LIMIT.key) {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "{TRIAL_FORCE_LIMIT} is missing: give the largest force on a person"
-        )));
+        ));
     }
     let mut set = |key: &str, value: toml::Value| document.set(TABLE, key, value, "");
     set(ONE_SIDED.key, true.into())?;
@@ -182,10 +183,10 @@ pub(super) fn request(
         .map(|stem| stem.to_string_lossy().into_owned());
     let is_log = log.extension().is_some_and(|ending| ending == "mcap");
     let Some(stem) = stem.filter(|_| is_log) else {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "log = \"{}\" is not the name of a log: write it as p07.mcap",
             log.display()
-        )));
+        ));
     };
     if log.exists() {
         return Err(Failure::exists(
@@ -254,9 +255,9 @@ impl Work {
         let connected = |link: &SerialLink, rise_ticks| {
             let simulated = link.capabilities().simulated;
             if !(simulated || self.is_known) {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "the device is unknown, so no wall can be judged: give {DEVICE_MODEL}, or {MASS} and {DAMPING}"
-                )));
+                ));
             }
             // Whoever opens may have given up.
             let _ = self.connected.send(Connected {

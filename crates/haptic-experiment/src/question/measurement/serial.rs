@@ -1,6 +1,7 @@
 //! A measurement on a device at a port: the loop is here, and the device keeps its own limits.
 
 use haptic_document::Warn;
+use haptic_document::bad_input;
 use haptic_document::{Failure, Named as _};
 use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
@@ -91,13 +92,13 @@ pub(in crate::question) fn opened(
     let axes = link.capabilities().axes;
     let MeasuredAxis(axis) = plan.axis;
     if axis >= usize::from(axes) {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "`{}` = {} is not on {}, which has {axes} {}: omit it",
             MEASURE_AXIS.key,
             plan.axis.name(),
             remote.name,
             if axes == 1 { "axis" } else { "axes" },
-        )));
+        ));
     }
     let set = link.configuration();
     let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;
