@@ -1,14 +1,14 @@
 //! The open loop on a grid of frequencies, and what can be read from it.
 
 use super::specification::{Sampling, Specification};
-use core::cell::RefCell;
-use core::f64::consts::PI;
+use core::{cell::RefCell, f64::consts::PI};
 use fracdiff::roots;
-use fractional_control::whole_orders::{coefficients, of_coefficients, without_root};
-use fractional_control::{ControlError, PidParameters, Plant, Rule};
+use fractional_control::{
+    ControlError, PidParameters, Plant, Rule,
+    whole_orders::{coefficients, of_coefficients, without_root},
+};
 use num_complex::Complex;
-use std::collections::BTreeMap;
-use std::rc::Rc;
+use std::{collections::BTreeMap, rc::Rc};
 
 /// Frequencies of the grid, below and above the crossover: 60 a decade near it would be 4 %.
 const POINTS: usize = 180;

@@ -10,8 +10,10 @@
 //! Source: C. A. Monje, B. M. Vinagre, V. Feliu, Y. Chen, *Tuning and auto-tuning of fractional order controllers for
 //! industry applications*, Control Engineering Practice 16, 2008, whose five equations these are.
 
-use super::open_loop::{Measures, OpenLoop, at};
-use super::specification::{Sampling, Specification, Wish, WishName};
+use super::{
+    open_loop::{Measures, OpenLoop, at},
+    specification::{Sampling, Specification, Wish, WishName},
+};
 use core::f64::consts::PI;
 use fractional_control::{ControlError, PidParameters, Plant};
 use nalgebra::{Matrix3, Vector3};

@@ -1,12 +1,13 @@
 //! Wishes for a loop, and which of them contradict each other.
 
 use core::f64::consts::PI;
-use fracdiff::Seconds;
-use fracdiff::parameter::{positive, range};
-use fractional_control::MODES;
+use fracdiff::{
+    Seconds,
+    parameter::{positive, range},
+};
 use fractional_control::{
-    Actuator, ControlError, FractionalPid, HeldPlant, PidParameters, Plant, PowerMemory, Response,
-    Rule, SetPoint, simulate,
+    Actuator, ControlError, FractionalPid, HeldPlant, MODES, PidParameters, Plant, PowerMemory,
+    Response, Rule, SetPoint, simulate,
 };
 
 /// A bound of a gain on one side of a frequency.

@@ -3,10 +3,11 @@
 //! `u` is the input of the core in all of them, and the core leaves its part of the next output in `past`. `@` stands
 //! for the name, `real` for the number type; both are put in at the end. Words in capitals are put in by [`filled`].
 
-use crate::error::HeaderError;
-use crate::number::{CNumber, filled, literal, table};
-use fracdiff::OperatorList;
-use fracdiff::portable::Form;
+use crate::{
+    error::HeaderError,
+    number::{CNumber, filled, literal, table},
+};
+use fracdiff::{OperatorList, portable::Form};
 
 /// A member of the struct: zero at rest.
 pub(crate) enum Field {

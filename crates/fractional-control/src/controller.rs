@@ -2,8 +2,10 @@
 
 use crate::ControlError;
 use core::fmt::Debug;
-use fracdiff::parameter::{RangeError, positive};
-use fracdiff::{Real, Seconds};
+use fracdiff::{
+    Real, Seconds,
+    parameter::{RangeError, positive},
+};
 
 /// Limits of a command, and the time in which a bridged bump fades.
 #[derive(Clone, Copy, Debug, PartialEq)]

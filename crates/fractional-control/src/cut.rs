@@ -12,8 +12,10 @@
 //!
 //! - *Units*: r in rad/s, t in s, S that of H. *Errors*: 1e-12 of H(0) (`tests/suite/implicit.rs`). *Cost*: some hundred decays.
 
-use crate::enclosure::{Factor, Product};
-use crate::{ImplicitFactor, ImplicitFactors};
+use crate::{
+    ImplicitFactor, ImplicitFactors,
+    enclosure::{Factor, Product},
+};
 use core::f64::consts::PI;
 use num_complex::Complex;
 use std::vec::Vec;

@@ -1,10 +1,8 @@
 //! Sums of products as functions on the unit circle, enclosed on an arc, so that a count of their zeros is a proof.
 
-use crate::ControlError;
-use crate::records::largest;
+use crate::{ControlError, records::largest};
 use certified_count::{Arc, Enclosed, Enclosing, Jet};
-use core::fmt::Debug;
-use core::ops::SubAssign;
+use core::{fmt::Debug, ops::SubAssign};
 use fracdiff::parameter::range;
 use num_complex::Complex;
 use std::vec::Vec;

@@ -1,12 +1,11 @@
 //! Powers of a lead or lag, sample by sample.
 
-use crate::memory::TAPS;
-use crate::{ControlError, PowerMemory};
-use fracdiff::full_memory::{DecayingMode, Design};
-use fracdiff::parameter::{positive, range};
+use crate::{ControlError, PowerMemory, memory::TAPS};
 use fracdiff::{
     Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, Order, Real, Seconds,
+    full_memory::{DecayingMode, Design},
     grunwald_weight,
+    parameter::{positive, range},
 };
 use num_complex::Complex;
 

@@ -1,11 +1,11 @@
 //! The way powers of s are put into samples: the rule, and how far and how well it is remembered.
 
 use crate::ControlError;
-use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
-use fracdiff::parameter::positive;
 use fracdiff::{
     BDF2_TAPS, Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, Order, Real,
     Seconds, bdf2_short_filter,
+    full_memory::{Design, HORIZON_MIN, Kernel},
+    parameter::positive,
 };
 use num_complex::Complex;
 

@@ -1,10 +1,11 @@
 //! PI^λD^μ and TID.
 
-use crate::ControlError;
-use crate::notation::Quotient;
-use crate::transfer::{short, size_or_0};
-use core::fmt;
-use core::str::FromStr;
+use crate::{
+    ControlError,
+    notation::Quotient,
+    transfer::{short, size_or_0},
+};
+use core::{fmt, str::FromStr};
 use fracdiff::parameter::{RangeError, range};
 use num_complex::Complex;
 

@@ -4,8 +4,7 @@ use crate::{ControlError, FractionalPolynomial, FractionalTransferFunction};
 use core::f64::consts::PI;
 use fracdiff::roots;
 use num_complex::Complex;
-use std::vec;
-use std::vec::Vec;
+use std::{vec, vec::Vec};
 
 /// The denominator of a function whose orders are multiples of one: a polynomial in λ = s^q, 0 < q ≤ 1.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,9 +1,13 @@
 //! A transfer function, sample by sample.
 
-use crate::memory::{Chain, ChainHistory, Integral, LEVELS};
-use crate::{ControlError, FractionalTransferFunction, PowerMemory};
-use fracdiff::parameter::RangeError;
-use fracdiff::{BDF2_TAPS, Differintegrator, Fir, FirHistory, FrequencyResponse, Real, Seconds};
+use crate::{
+    ControlError, FractionalTransferFunction, PowerMemory,
+    memory::{Chain, ChainHistory, Integral, LEVELS},
+};
+use fracdiff::{
+    BDF2_TAPS, Differintegrator, Fir, FirHistory, FrequencyResponse, Real, Seconds,
+    parameter::RangeError,
+};
 use num_complex::Complex;
 
 /// Different orders in one function at most: counting numerator and denominator together.

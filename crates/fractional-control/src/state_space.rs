@@ -1,10 +1,13 @@
 //! Linear plants as matrices, and their exact samples behind a hold, a delay and a lag.
 
-use crate::wide::{self, Generator};
-use crate::{ControlError, FractionalTransferFunction};
+use crate::{
+    ControlError, FractionalTransferFunction,
+    wide::{self, Generator},
+};
 use fracdiff::parameter::{RangeError, not_negative, range};
-use nalgebra::linalg::balancing::balance_parlett_reinsch;
-use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
+use nalgebra::{
+    DMatrix, DVector, RowDVector, SMatrix, SVector, linalg::balancing::balance_parlett_reinsch,
+};
 use num_complex::Complex;
 use std::vec::Vec;
 

@@ -2,10 +2,12 @@
 
 use haptic_quantity::renamed;
 use measured_table::read_text;
-use std::collections::BTreeMap;
-use std::fmt;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    fmt,
+    ops::Range,
+    path::{Path, PathBuf},
+};
 
 /// An error in a document, with its place. It prints as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]

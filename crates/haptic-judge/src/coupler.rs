@@ -24,30 +24,36 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
 
-use crate::preflight::softer;
-use crate::pushed_trial::{PushedTrial, six_digits};
-use crate::settling::Settling;
-use crate::setup::{Beside, TrialParts, TrialSetup, setup};
-use crate::tissue_table::scheme;
+use crate::{
+    preflight::softer,
+    pushed_trial::{PushedTrial, six_digits},
+    settling::Settling,
+    setup::{Beside, TrialParts, TrialSetup, setup},
+    tissue_table::scheme,
+};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LoopOperator,
 };
-use haptic_document::bad_input;
-use haptic_document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
-use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
-use haptic_document::parameters::{Parameter, joined};
-use haptic_document::{Failure, FileError, Table, parameters, parameters as p};
+use haptic_document::{
+    Failure, FileError, Table, bad_input, parameters, parameters as p,
+    parameters::{
+        COUPLER_DAMPING, COUPLER_SPRING, Parameter, joined,
+        range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES},
+    },
+};
 use haptic_link::LoopMode;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{
     Controller, Environment, OwnPush, VirtualCoupler, VirtualObject, deflection_order,
+    units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre},
 };
-use haptic_trial::advice::analysed;
-use haptic_trial::device_table::encoder_step;
-use haptic_trial::keys::trial::{TRIAL, TRIAL_LOOP};
-use haptic_trial::preflight::{CouplerVerdict, PreflightVerdict};
-use haptic_trial::samples::horizon;
+use haptic_trial::{
+    advice::analysed,
+    device_table::encoder_step,
+    keys::trial::{TRIAL, TRIAL_LOOP},
+    preflight::{CouplerVerdict, PreflightVerdict},
+    samples::horizon,
+};
 use nalgebra::Vector1;
 use serde_json::{Value, json};
 

@@ -3,30 +3,30 @@
 //! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
 //! wall remembers nothing. From then on the push acts.
 
-use crate::preflight::WallContact;
-use crate::settling::{Criterion, Judge, Settling, Tolerance, TrialScales};
-use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_document::bad_input;
-use haptic_document::parameters::{PUSH_BY, TRIAL_DURATION};
-use haptic_document::{Failure, FileError, Named, Table};
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use crate::{
+    preflight::WallContact,
+    settling::{Criterion, Judge, Settling, Tolerance, TrialScales},
+};
+use fracdiff::{Operator, Order, Scheme, Seconds, parameter::Shown};
+use haptic_document::{
+    Failure, FileError, Named, Table, bad_input,
+    parameters::{PUSH_BY, TRIAL_DURATION},
+};
 use haptic_loop::{
     Controller, Device, Environment, LoopParameterError, LoopSample, Reading, SafeForce,
     SafetyChain, SafetyLimits, Wall,
+    plant::{MassDamper, MassDamperConfig},
+    units::{Metres, Newtons, NewtonsPerSecond},
 };
-use haptic_trial::advice::parameter;
-use haptic_trial::device_table::without;
-use haptic_trial::ending::MotorPush;
-use haptic_trial::keys::trial::{
-    CRITERION, IMPACT, PUSH, PushBy, THRESHOLD, TRIAL_FORCE_LIMIT, WINDOW,
+use haptic_trial::{
+    advice::parameter,
+    device_table::without,
+    ending::MotorPush,
+    keys::trial::{CRITERION, IMPACT, PUSH, PushBy, THRESHOLD, TRIAL_FORCE_LIMIT, WINDOW},
+    tap::TappedLaw,
 };
-use haptic_trial::tap::TappedLaw;
 use nalgebra::{SVector, Vector1};
-use std::convert::Infallible;
-use std::fmt::Debug;
-use std::ops::RangeInclusive;
+use std::{convert::Infallible, fmt::Debug, ops::RangeInclusive};
 
 /// A wall at the device's start position.
 pub type VirtualWall = Wall<f64, Operator<f64>>;

@@ -20,14 +20,15 @@
 //! ```
 
 use crate::MotionRecord;
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{
-    Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Seconds,
+use haptic_loop::{
+    LoopParameterError, SafeForce, SafetyChain, SafetyState,
+    plant::{MassDamper, MassDamperConfig},
+    units::{
+        Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Seconds,
+    },
 };
-use haptic_loop::{LoopParameterError, SafeForce, SafetyChain, SafetyState};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn, Vector1};
+use nalgebra::{DMatrix, DVector, Dyn, Vector1, storage::Owned};
 use std::ops::Range;
 
 /// Gauss–Newton steps for the states.
@@ -600,8 +601,7 @@ fn products(fitted: &Fitted, range: Range<usize>) -> DMatrix<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::fit::NUMBERS;
-    use crate::fit::*;
+    use crate::fit::{NUMBERS, *};
     use testkit::Random;
 
     const PIECES: usize = 12;

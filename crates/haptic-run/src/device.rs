@@ -1,25 +1,33 @@
 //! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, `tcp:HOST:PORT`, or one of another maker, as `haply:PATH`.
 
-use crate::identity::{DeviceIdentity, Told};
-use crate::remembered::{Remembered, loosened};
+use crate::{
+    identity::{DeviceIdentity, Told},
+    remembered::{Remembered, loosened},
+};
 use haptic_devices::ForeignName;
-use haptic_document::bad_input;
-use haptic_document::parameters::{DEVICE, SAMPLE_TIME, TOUCH_AXES};
-use haptic_document::{Failure, Warn};
+use haptic_document::{
+    Failure, Warn, bad_input,
+    parameters::{DEVICE, SAMPLE_TIME, TOUCH_AXES},
+};
 use haptic_link::{Capabilities, Configuration, Field, Hello, Refusal};
-use haptic_loop::Fault;
-use haptic_loop::realtime::Moment;
-use haptic_remote::LinkError;
-use haptic_remote::serial::{
-    BoardTrouble, ConnectOptions, PortInfo, SerialError, SerialLink, TroubleCause, host_and_port,
-    latency_file, port_of, ports, tcp_address,
+use haptic_loop::{Fault, realtime::Moment};
+use haptic_remote::{
+    LinkError,
+    serial::{
+        BoardTrouble, ConnectOptions, PortInfo, SerialError, SerialLink, TroubleCause,
+        host_and_port, latency_file, port_of, ports, tcp_address,
+    },
 };
 use haptic_trial::ending::LetGo;
-use std::fmt;
-use std::str::FromStr;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::{
+    fmt,
+    str::FromStr,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 /// A device by name.
 ///

@@ -10,8 +10,10 @@
 
 use haptic_log::record::{Leftover, LogWriter, RecordError, StartTime};
 use haptic_message::{EventMessage, TickMessage};
-use std::collections::{BTreeMap, VecDeque};
-use std::path::Path;
+use std::{
+    collections::{BTreeMap, VecDeque},
+    path::Path,
+};
 
 /// Ticks kept from before a fault, the one that it latched in included.
 const BEFORE: usize = 1000;

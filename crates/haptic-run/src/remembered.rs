@@ -21,18 +21,19 @@
 //! *Errors*: a file that is there and cannot be read, or is in the way of an older version, keeps the device from being armed.
 
 use crate::identity::{DeviceIdentity, Known};
-use haptic_document::Failure;
-use haptic_document::bad_input;
+use haptic_document::{Failure, bad_input};
 use haptic_link::{Configuration, GuardKind, Limits};
 use haptic_log::record::NewFile;
 use haptic_loop::Limit;
 use haptic_quantity::{digits, label, written};
 use serde_json::{Map, Value, json};
-use std::env::{home_dir, var_os};
-use std::fmt::Display;
-use std::fs;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::{
+    env::{home_dir, var_os},
+    fmt::Display,
+    fs,
+    io::ErrorKind,
+    path::{Path, PathBuf},
+};
 
 /// Format of the files; a file of another one is refused.
 const FORMAT: u64 = 1;

@@ -17,28 +17,27 @@ mod summary;
 pub use crate::remote::pair::{PairRun, fits_two_devices};
 pub use crate::remote::run::{RemoteRun, delay_of};
 pub use crate::remote::session::{Steered, Steers, blank};
-use fracdiff::parameter::Shown;
-use haptic_document::bad_input;
-use haptic_document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION};
+use fracdiff::{Operator, parameter::Shown};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION},
+};
 
 use super::schedule::Schedule;
 use crate::device::LinkedName;
-use fracdiff::Operator;
-use haptic_document::Failure;
 use haptic_link::{
     Capabilities, Configuration, ControllerLaw, Limits, LoopMode, OperatorShape, Simulation,
     SimulationKind, SurfaceShape,
 };
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::Seconds;
-use haptic_loop::{DepthMap, Limit};
-use haptic_remote::serial::SerialLink;
-use haptic_remote::wire_limits;
-use haptic_trial::advice::single;
-use haptic_trial::ending::{Lateness, MotorPush};
-use haptic_trial::plant_file::calibration::Calibration;
-use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, guard_of};
-use haptic_trial::tap::TappedLaw;
+use haptic_loop::{DepthMap, Limit, plant::MassDamperConfig, units::Seconds};
+use haptic_remote::{serial::SerialLink, wire_limits};
+use haptic_trial::{
+    advice::single,
+    ending::{Lateness, MotorPush},
+    plant_file::calibration::Calibration,
+    safety::{GuardChoice, GuardedDevice, Safety, guard_of},
+    tap::TappedLaw,
+};
 use std::time::Duration;
 
 /// A device and how the loop with it is closed.

@@ -1,8 +1,10 @@
 //! One side: its settings in SI units, readings and messages in, safe forces and messages out.
 
 use crate::law::{Coupled, CouplerGains, Law, Observed, WavePort};
-use fracdiff::parameter::{RangeError, not_negative, positive, range};
-use fracdiff::{Differintegrator, Seconds};
+use fracdiff::{
+    Differintegrator, Seconds,
+    parameter::{RangeError, not_negative, positive, range},
+};
 use haptic_link::{HandSample, HandSide, RequestTracker};
 use haptic_loop::{LoopParameterError, LoopSample, Reading, SafeForce, SafetyChain, SafetyState};
 use nalgebra::Vector1;

@@ -1,18 +1,22 @@
 //! Remedies for numbers that a library refuses, and a check for numbers that no device can hold.
 
-use crate::keys::admittance::{FORCE_CUTOFF, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME};
-use crate::safety::keys::{
-    DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
-    WORKSPACE_HIGH, WORKSPACE_LOW,
+use crate::{
+    keys::admittance::{FORCE_CUTOFF, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME},
+    safety::keys::{
+        DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
+        WORKSPACE_HIGH, WORKSPACE_LOW,
+    },
 };
 use fracdiff::parameter::Shown;
 use fractional_control::ControlError;
 use haptic_analysis::AnalysisError;
-use haptic_document::Failure;
-use haptic_document::bad_input;
-use haptic_document::parameters::{
-    CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION, HAND_COUPLER_DISSIPATION,
-    HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{
+        CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION,
+        HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, MASS, Parameter,
+        SAMPLE_TIME,
+    },
 };
 use haptic_loop::LoopParameterError;
 use haptic_quantity::{Key, digits, label, written};
@@ -194,8 +198,10 @@ mod tests {
     use crate::advice::*;
     use control_tuning::{Specification, tune};
     use fractional_control::Plant;
-    use haptic_loop::units::{Newtons, Seconds};
-    use haptic_loop::{SafetyChain, SafetyLimits};
+    use haptic_loop::{
+        SafetyChain, SafetyLimits,
+        units::{Newtons, Seconds},
+    };
 
     #[test]
     fn the_option_of_the_parameter_is_named_and_no_other() {

@@ -1,8 +1,9 @@
 //! The certified verdict on a controller that holds an indenter.
 
-use haptic_document::Failure;
-use haptic_document::bad_input;
-use haptic_document::parameters::{CONTROLLER, FORCE_UNSTABLE};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{CONTROLLER, FORCE_UNSTABLE},
+};
 use serde::Serialize;
 
 /// The certified verdict on one loop of a drive, and how far it is from the edge.

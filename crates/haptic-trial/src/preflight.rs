@@ -1,16 +1,18 @@
 //! Questions of a run to the pre-flight before a device is armed, and the answers.
 
-use crate::drive_verdict::DriveVerdict;
-use crate::flat::flat;
-use crate::keys::admittance::{BODY_DAMPING, BODY_INERTANCE};
+use crate::{
+    drive_verdict::DriveVerdict,
+    flat::flat,
+    keys::admittance::{BODY_DAMPING, BODY_INERTANCE},
+};
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::bad_input;
-use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE},
+};
 use haptic_quantity::written;
 use serde::Serialize;
-use std::collections::BTreeMap;
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
 /// Time over which the round trip is measured.
 pub const MEASURED: Duration = Duration::from_millis(200);

@@ -4,10 +4,12 @@ mod guard;
 
 /// Keys of the settings, and the limit that each one asks for.
 pub mod keys {
-    use haptic_document::parameters;
-    use haptic_document::parameters::Parameter;
-    use haptic_document::parameters::range::{
-        DAMPINGS_ABOVE_0, DEVICE_TIMES, SENSOR_STEPS, WORKSPACES,
+    use haptic_document::{
+        parameters,
+        parameters::{
+            Parameter,
+            range::{DAMPINGS_ABOVE_0, DEVICE_TIMES, SENSOR_STEPS, WORKSPACES},
+        },
     };
     use haptic_loop::Limit;
 
@@ -69,14 +71,15 @@ pub mod keys {
 
 use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
-use haptic_document::bad_input;
-use haptic_document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
-use haptic_document::{Failure, FileError, Named as _, Table};
+use haptic_document::{
+    Failure, FileError, Named as _, Table, bad_input,
+    parameters::{DEVICE, DEVICE_MODEL, Parameter},
+};
 use haptic_link::{Simulation, SimulationKind};
-use haptic_loop::units::{Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{
     EnergyBounding, Limit, PassivityGuard, PassivityObserver, SafetyLimits, SpeedLimit, Stuck,
     Workspace,
+    units::{Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Seconds},
 };
 use keys::{
     self as p, BRAKING, DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG,

@@ -2,12 +2,9 @@
 
 use crate::tick::KeptSample;
 use fracdiff::parameter::Shown;
-use haptic_document::Failure;
-use haptic_document::bad_input;
-use haptic_document::parameters::TRIAL_DURATION;
+use haptic_document::{Failure, bad_input, parameters::TRIAL_DURATION};
 use haptic_message::TickMessage;
-use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::{ops::RangeInclusive, path::PathBuf};
 
 /// Reader of the ticks of a log in these files, in order.
 pub type ReadTicks =

@@ -11,8 +11,10 @@
 //! 1.5: there a torque above [`TORQUE_MAX_NM`] is cut, type 0 stops no motor, an unknown type is skipped, a frame that is cut off
 //! waits for its rest, and a configuration takes the present place as home.
 
-use super::kinematics::{Posture, Singular};
-use super::model::{HaplyModel, Version};
+use super::{
+    kinematics::{Posture, Singular},
+    model::{HaplyModel, Version},
+};
 use haptic_loop::Fault;
 use haptic_remote::serial::TroubleCause;
 use thiserror::Error;

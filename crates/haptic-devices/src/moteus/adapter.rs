@@ -10,8 +10,10 @@
 
 use core::ops::Range;
 use heapless::Vec;
-use moteus_protocol::CanFdFrame;
-use moteus_protocol::fdcanusb::{self, EncodeOptions, Line, MAX_LINE_LENGTH};
+use moteus_protocol::{
+    CanFdFrame,
+    fdcanusb::{self, EncodeOptions, Line, MAX_LINE_LENGTH},
+};
 use std::io::{ErrorKind, Read, Write};
 
 const CHUNK: usize = 1024;

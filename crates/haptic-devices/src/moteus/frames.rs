@@ -9,11 +9,11 @@
 //! blocks of their own: whatever is lost, shifted or cut off behind them, the servo makes no more than was meant. A drive frame
 //! has 40 bytes, an answer 20. *Cost*: some 200 operations each; no allocation, no panic.
 
-use moteus_protocol::command::StopCommand;
-use moteus_protocol::query::{QueryFormat, QueryResult};
 use moteus_protocol::{
     CanFdFrame, Mode, Register, Resolution, WriteCanData, WriteCombiner, calculate_arbitration_id,
+    command::StopCommand,
     parse_arbitration_id,
+    query::{QueryFormat, QueryResult},
 };
 
 /// Number of this program on the bus, as with the maker's own clients.

@@ -16,32 +16,40 @@ mod tests;
 use fracdiff::parameter::Shown;
 use fractional_control::{ControlError, ControllerSetup};
 use haptic_analysis::Dynamics;
-use haptic_document::bad_input;
-use haptic_document::parameters::range::FORCE_LIMITS;
-use haptic_document::parameters::{
-    CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
+use haptic_document::{
+    Failure, FileError, Table, bad_input,
+    parameters::{
+        CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
+        range::FORCE_LIMITS,
+    },
 };
-use haptic_document::{Failure, FileError, Table};
 use haptic_judge::controller_holder::ControllerHolder;
 use haptic_link::{ControllerLaw, OperatorShape};
-use haptic_loop::Environment;
-use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{FacingContact, RampHold, RigDrive};
-use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_loop::{
+    Environment,
+    nalgebra::SVector,
+    plant::{FacingContact, RampHold, RigDrive},
+    units::{NewtonSecondsPerMetre, NewtonsPerMetre},
+};
 use haptic_quantity::written;
-use haptic_run::device::DeviceName;
-use haptic_run::remote::RemoteDevice;
-use haptic_trial::advice::single;
-use haptic_trial::device_table::{device_model_by, without};
-use haptic_trial::keys::drive::{CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE, DRIVE_FORCE_LIMIT};
-use haptic_trial::{ControllerFile, DeviceModel};
+use haptic_run::{device::DeviceName, remote::RemoteDevice};
+use haptic_trial::{
+    ControllerFile, DeviceModel,
+    advice::single,
+    device_table::{device_model_by, without},
+    keys::drive::{CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE, DRIVE_FORCE_LIMIT},
+};
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
 pub(crate) use path::{PressPath, Section};
 pub(crate) use preflight::{TissueLaw, device};
 pub(crate) use second::{DriveSamples, SecondReport, tell};
-use std::fmt::Debug;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::{
+    fmt::Debug,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
 
 /// `[drive]`, beside an experiment on this device, of which a file may say more; its tissue resists with this peak, N.
 pub(crate) fn drive(

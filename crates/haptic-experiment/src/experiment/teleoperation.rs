@@ -21,38 +21,45 @@ mod side;
 mod tests;
 
 use super::kind::{Conduct, Experiment as _};
-use fracdiff::num_complex::Complex;
-use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Order, Scheme, Seconds};
+use fracdiff::{Operator, Order, Scheme, Seconds, num_complex::Complex, parameter::Shown};
 use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
-use haptic_document::bad_input;
-use haptic_document::parameters::{
-    DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, SAMPLE_TIME,
-    SCHEME,
+use haptic_document::{
+    Failure, FileError, Table, bad_input, named,
+    parameters::{
+        DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, SAMPLE_TIME,
+        SCHEME,
+    },
 };
-use haptic_document::{Failure, FileError, Table, named};
-use haptic_judge::preflight::{Matter, Preflight, WallContact};
-use haptic_judge::tissue_table::linear_piece;
-use haptic_judge::trial::{VirtualWall, force_and_rate, wall_at_start};
+use haptic_judge::{
+    preflight::{Matter, Preflight, WallContact},
+    tissue_table::linear_piece,
+    trial::{VirtualWall, force_and_rate, wall_at_start},
+};
 use haptic_link::{Architecture, HandSide};
-use haptic_loop::SafetyChain;
-use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
-use haptic_trial::Sensors;
-use haptic_trial::advice::parameter;
-use haptic_trial::device_table::force_sensor;
-use haptic_trial::keys::teleoperation::{
-    AMPLITUDE, ARCHITECTURE, ENVIRONMENT, FREQUENCIES, HAND_COUPLER_ORDER, HAND_DAMPER,
-    HAND_SPRING, HIGH, LINE_DELAY, LINE_DUPLICATION, LINE_JITTER, LINE_LOSS, LINE_SEED, LOW,
-    MUST_BE_PASSIVE, PLACE_DISSIPATION, PLACE_ONE_SIDED, PLACE_ORDER, PLACE_STIFFNESS, PLAYOUT,
-    PRESS, SILENCE, SLAVE_DAMPING, SLAVE_MASS, TELEOPERATION_DURATION, TELEOPERATION_WINDOW,
-    WAVE_IMPEDANCE,
+use haptic_loop::{
+    SafetyChain,
+    plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS},
+    units::{Kilograms, NewtonSecondsPerMetre},
 };
-use haptic_trial::keys::trial::TRIAL_FORCE_RATE_LIMIT;
-use haptic_trial::preflight::PreflightVerdict;
-use haptic_trial::safe_chain::safe_chain;
-use haptic_trial::safety::{Safety, safety};
+use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
+use haptic_trial::{
+    Sensors,
+    advice::parameter,
+    device_table::force_sensor,
+    keys::{
+        teleoperation::{
+            AMPLITUDE, ARCHITECTURE, ENVIRONMENT, FREQUENCIES, HAND_COUPLER_ORDER, HAND_DAMPER,
+            HAND_SPRING, HIGH, LINE_DELAY, LINE_DUPLICATION, LINE_JITTER, LINE_LOSS, LINE_SEED,
+            LOW, MUST_BE_PASSIVE, PLACE_DISSIPATION, PLACE_ONE_SIDED, PLACE_ORDER, PLACE_STIFFNESS,
+            PLAYOUT, PRESS, SILENCE, SLAVE_DAMPING, SLAVE_MASS, TELEOPERATION_DURATION,
+            TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
+        },
+        trial::TRIAL_FORCE_RATE_LIMIT,
+    },
+    preflight::PreflightVerdict,
+    safe_chain::safe_chain,
+    safety::{Safety, safety},
+};
 pub use line::End;
 pub use side::{FarReport, Terms};
 use std::f64::consts::{PI, TAU};

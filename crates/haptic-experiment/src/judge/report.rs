@@ -2,17 +2,13 @@
 
 use crate::judge::warnings::Warnings;
 use fracdiff::Scheme;
-use haptic_document::parameters::Parameter;
-use haptic_document::{Failure, Named as _, Rows};
+use haptic_document::{Failure, Named as _, Rows, parameters::Parameter};
 use haptic_judge::compared::Compared;
 use haptic_link::LoopMode;
-use haptic_run::Ran;
-use haptic_run::folder::RunTable;
-use haptic_run::link_summary::LinkSummary;
-use haptic_run::realtime::RealtimeSummary;
-use haptic_run::record::RunRecord;
-use haptic_trial::preflight::PreflightVerdict;
-use haptic_trial::tick::KeptSample;
+use haptic_run::{
+    Ran, folder::RunTable, link_summary::LinkSummary, realtime::RealtimeSummary, record::RunRecord,
+};
+use haptic_trial::{preflight::PreflightVerdict, tick::KeptSample};
 use serde::Serialize;
 use serde_json::{Value, json};
 

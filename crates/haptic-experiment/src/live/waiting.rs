@@ -1,13 +1,15 @@
 //! Time of a session, and what whoever waits for its loop sees of it.
 
-use super::keeper::Watch;
-use super::orders::locked;
-use super::ticking::Ticked;
+use super::{keeper::Watch, orders::locked, ticking::Ticked};
 use haptic_judge::felt::{Certifying, Forces, Tally};
-use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
-use std::time::Duration;
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc, Condvar, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 /// Longest wait before somebody looks whether to stop.
 pub(super) const LOOK: Duration = Duration::from_millis(5);

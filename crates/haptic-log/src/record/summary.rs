@@ -1,15 +1,19 @@
 //! Summary of the run in a log: counts, times, gaps, end.
 
-use std::collections::BTreeMap;
-use std::io::{BufReader, Read as _};
-use std::path::Path;
+use std::{
+    collections::BTreeMap,
+    io::{BufReader, Read as _},
+    path::Path,
+};
 
 use serde::Serialize;
 
-use super::new_file::open_file;
-use super::{CONTINUES, Damage, Entry, LogFiles, LogReader, RecordError, StartTime};
-use haptic_message::flaw::FlawCounts;
-use haptic_message::{DRIVE_END, EndKind, EventMessage, MetadataRecord, RunEnd, TickMessage};
+use super::{
+    CONTINUES, Damage, Entry, LogFiles, LogReader, RecordError, StartTime, new_file::open_file,
+};
+use haptic_message::{
+    DRIVE_END, EndKind, EventMessage, MetadataRecord, RunEnd, TickMessage, flaw::FlawCounts,
+};
 
 /// Name of the metadata record that marks a recovered log.
 pub const RECOVERED: &str = "recovered";

@@ -1,31 +1,39 @@
 //! A device that has answered, on an open port: what it is, what both ends have counted, and the two threads that speak.
 
-use super::clock::{DeviceClock, Ping, Pings};
-use super::error::{BoardTrouble, TroubleCause};
-use super::line::{Line, lock};
-use super::served::Served;
-use super::stopping::is_set;
-use super::tcp::tcp_address;
-use crate::impossible::Plausible;
-use crate::newtons::ForceFactors;
-use crate::{Conversation, HostCounters, Incoming, LinkError, Patience};
+use super::{
+    clock::{DeviceClock, Ping, Pings},
+    error::{BoardTrouble, TroubleCause},
+    line::{Line, lock},
+    served::Served,
+    stopping::is_set,
+    tcp::tcp_address,
+};
+use crate::{
+    Conversation, HostCounters, Incoming, LinkError, Patience, impossible::Plausible,
+    newtons::ForceFactors,
+};
 use haptic_link::{
     AXES_MAX, Capabilities, DeviceReport, Event, FRAME_MAX, FaultReport, Hello, Request, Sample,
     Status,
 };
-use haptic_loop::Fault;
-use haptic_loop::realtime::Durations;
-use haptic_loop::realtime::{self, Moment, raise_thread};
-use std::boxed::Box;
-use std::collections::VecDeque;
-use std::io::{Error, ErrorKind};
-use std::string::String;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
-use std::thread::JoinHandle;
-use std::time::Duration;
-use std::vec::Vec;
+use haptic_loop::{
+    Fault,
+    realtime::{self, Durations, Moment, raise_thread},
+};
+use std::{
+    boxed::Box,
+    collections::VecDeque,
+    io::{Error, ErrorKind},
+    string::String,
+    sync::{
+        Arc, Mutex, MutexGuard, OnceLock,
+        atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering},
+        mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError},
+    },
+    thread::JoinHandle,
+    time::Duration,
+    vec::Vec,
+};
 
 /// Counters of this end of a link, and how long answers took.
 #[derive(Clone, Debug)]

@@ -1,39 +1,49 @@
 //! A configured device: arm, start, listen or control, let go, and close the log.
 
-use crate::conduct::{close, tell_end};
-use crate::fault_recorder::AFTER;
-use crate::folder::OutputFolder;
-use crate::link_summary::LinkSummary;
-use crate::ran::Ran;
-use crate::record::RunRecord;
-use crate::recorder::{Recorded, Recorder};
-use crate::remote::RemoteDevice;
-use crate::remote::partner::{Partner, Side};
-use crate::remote::summary::summarise;
-use crate::schedule::Schedule;
-use crate::supervisor::Supervisor;
+use crate::{
+    conduct::{close, tell_end},
+    fault_recorder::AFTER,
+    folder::OutputFolder,
+    link_summary::LinkSummary,
+    ran::Ran,
+    record::RunRecord,
+    recorder::{Recorded, Recorder},
+    remote::{
+        RemoteDevice,
+        partner::{Partner, Side},
+        summary::summarise,
+    },
+    schedule::Schedule,
+    supervisor::Supervisor,
+};
 use fracdiff::Real;
 use haptic_document::Failure;
 use haptic_link::{
     EventKind, FaultReport, LoopMode, Refusal, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::{RecordError, StartTime};
-use haptic_loop::realtime::{Moment, RaisedThread};
 use haptic_loop::{
     Controller, Device, Environment, LoopSample as Tick, Reading, SafeForce, StartRefused, Tap,
+    realtime::{Moment, RaisedThread},
 };
 use haptic_message::{DRIVE_END, END, EventMessage, TickMessage, flaw::LATE_FORCE};
-use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
-use haptic_remote::{LinkError, Patience};
-use haptic_trial::ending::{Ending, MotorPush};
-use haptic_trial::flat::flat;
-use haptic_trial::preflight::Findings;
-use haptic_trial::sensor_offset::{OFFSET_SAMPLES, SensorOffset};
-use haptic_trial::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
+use haptic_remote::{
+    LinkError, Patience,
+    serial::{DeviceMessage, SerialError, SerialLink},
+};
+use haptic_trial::{
+    ending::{Ending, MotorPush},
+    flat::flat,
+    preflight::Findings,
+    sensor_offset::{OFFSET_SAMPLES, SensorOffset},
+    tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device},
+};
 use nalgebra::SVector;
-use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime};
+use std::{
+    collections::BTreeMap,
+    sync::atomic::{AtomicBool, Ordering},
+    time::{Duration, SystemTime},
+};
 
 /// Nothing for so long in the middle of a run is the end of it.
 const SILENCE: Duration = Duration::from_secs(2);

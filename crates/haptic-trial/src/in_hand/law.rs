@@ -1,11 +1,11 @@
 //! The law that is felt: how long it remembers, how it becomes another, and when it may not be felt.
 
-use crate::in_hand::fading::Fading;
-use crate::in_hand::place::Placed;
-use crate::preflight::PreflightVerdict;
+use crate::{
+    in_hand::{fading::Fading, place::Placed},
+    preflight::PreflightVerdict,
+};
 use fracdiff::{Operator, Seconds};
-use haptic_document::Failure;
-use haptic_document::bad_input;
+use haptic_document::{Failure, bad_input};
 use haptic_loop::{Pushing, Wall};
 use haptic_quantity::digits;
 

@@ -2,11 +2,15 @@
 
 use super::shape::{Grip, HandPath};
 use fracdiff::Real;
-use haptic_loop::plant::{Axes, MassDamperConfig};
-use haptic_loop::{Device, Reading, SafeForce, Shape, Surface as _};
+use haptic_loop::{
+    Device, Reading, SafeForce, Shape, Surface as _,
+    plant::{Axes, MassDamperConfig},
+};
 use haptic_message::{PerAxis, TickMessage};
-use haptic_trial::simulate::Instrumented;
-use haptic_trial::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
+use haptic_trial::{
+    simulate::Instrumented,
+    tick::{KeptSample, TickRecord, judged_force_n, per_axis},
+};
 use nalgebra::SVector;
 use std::convert::Infallible;
 

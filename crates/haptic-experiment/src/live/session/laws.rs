@@ -1,16 +1,20 @@
 //! Questions of a session about laws: which may be felt, and which may become one another in the hand.
 
-use super::opening::{law_keys, wall};
-use super::{Allowed, Course, NOT_ALLOWED, Session};
+use super::{
+    Allowed, Course, NOT_ALLOWED, Session,
+    opening::{law_keys, wall},
+};
 use crate::live::orders::locked;
 use haptic_analysis::Dynamics;
-use haptic_document::bad_input;
-use haptic_document::parameters::CONTROLLER;
-use haptic_document::{Document, Failure, Named as _};
-use haptic_judge::law_region::{LawRegion, prove_mix};
-use haptic_judge::wall::WallTrial;
-use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_STIFFNESS};
-use haptic_trial::in_hand::law::{HORIZON, refuse_unstable};
+use haptic_document::{Document, Failure, Named as _, bad_input, parameters::CONTROLLER};
+use haptic_judge::{
+    law_region::{LawRegion, prove_mix},
+    wall::WallTrial,
+};
+use haptic_trial::in_hand::{
+    hand::{HAND_DAMPING, HAND_STIFFNESS},
+    law::{HORIZON, refuse_unstable},
+};
 
 impl Session {
     /// Judges walls, each with the keys of a `[wall]` for its law, on this device, free and in a hand. All may be felt, or none; the number

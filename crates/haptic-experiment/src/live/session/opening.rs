@@ -1,37 +1,44 @@
 //! The beginning of a session, and its end: documents, the claim on a device, and the work of the thread of its loop.
 
-use crate::experiment::kind::Experiment as _;
-use crate::experiment::trial::law_of;
-use crate::experiment::wall::WallExperiment;
-use crate::live::orders::locked;
-use crate::live::runner::{HeldWorld, Steering};
-use crate::live::ticking::{FadingFelt, Looping};
-use crate::live::waiting::Gate;
-use crate::open::DocumentOfKind as _;
-use crate::open::ExperimentFile;
-use haptic_document::bad_input;
-use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
-use haptic_document::{Document, Failure, IN_LOG};
-use haptic_loop::Controller;
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::NewtonsPerMetre;
+use crate::{
+    experiment::{kind::Experiment as _, trial::law_of, wall::WallExperiment},
+    live::{
+        orders::locked,
+        runner::{HeldWorld, Steering},
+        ticking::{FadingFelt, Looping},
+        waiting::Gate,
+    },
+    open::{DocumentOfKind as _, ExperimentFile},
+};
+use haptic_document::{
+    Document, Failure, IN_LOG, bad_input,
+    parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME},
+};
+use haptic_loop::{Controller, plant::MassDamperConfig, units::NewtonsPerMetre};
 use haptic_quantity::written;
 use haptic_remote::serial::SerialLink;
-use haptic_run::device::LinkedName;
-use haptic_run::folder::FolderRequest;
-use haptic_run::realtime::RealtimeOptions;
-use haptic_run::remote::{RemoteDevice, RemoteRun, blank, delay_of};
-use haptic_run::schedule::Schedule;
-use haptic_run::{Ran, Supervisor, run_logged};
-use haptic_trial::in_hand::hand::HeldDevice;
-use haptic_trial::keys::trial::{PUSH, TRIAL_FORCE_LIMIT};
-use haptic_trial::keys::wall::{DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_LAW};
+use haptic_run::{
+    Ran, Supervisor,
+    device::LinkedName,
+    folder::FolderRequest,
+    realtime::RealtimeOptions,
+    remote::{RemoteDevice, RemoteRun, blank, delay_of},
+    run_logged,
+    schedule::Schedule,
+};
+use haptic_trial::{
+    in_hand::hand::HeldDevice,
+    keys::{
+        trial::{PUSH, TRIAL_FORCE_LIMIT},
+        wall::{DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_LAW},
+    },
+};
 use serde::Serialize;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::Sender;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError, atomic::AtomicBool, mpsc::Sender},
+};
 
 /// Name of a session in its log.
 const KIND: &str = "session";

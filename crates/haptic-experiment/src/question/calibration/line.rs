@@ -5,8 +5,7 @@
 //! ```
 //! Half an interval is t·σ·‖row of A⁺‖₂ for the scatter σ with t of Student, and half a step of the instrument times ‖row of A⁺‖₁, at its worst.
 
-use haptic_document::Failure;
-use haptic_document::bad_input;
+use haptic_document::{Failure, bad_input};
 use haptic_measurement::MEASURE_FORCE_LIMIT;
 use haptic_trial::plant_file::calibration::MeasuredNumber;
 use nalgebra::{DMatrix, DVector};

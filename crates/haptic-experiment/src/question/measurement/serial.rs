@@ -1,23 +1,26 @@
 //! A measurement on a device at a port: the loop is here, and the device keeps its own limits.
 
-use haptic_document::Warn;
-use haptic_document::bad_input;
-use haptic_document::{Failure, Named as _};
+use haptic_document::{Failure, Named as _, Warn, bad_input};
 use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_measurement::drive::{DriveError, INTERRUPTED, drive};
-use haptic_measurement::robot::drive_robot;
-use haptic_measurement::{HELD, MEASURE_AXIS, MeasurePlan, MeasuredAxis, MotionRecord, OwnLimits};
-use haptic_remote::LinkError;
-use haptic_remote::serial::{SerialError, SerialLink};
-use haptic_run::device::{at_link, at_port, firmware_version, refused_at_port};
-use haptic_run::realtime::RealtimeOptions;
-use haptic_run::remote::{RemoteDevice, RemoteLaw, agreed, push};
-use haptic_run::schedule::{Pace, Schedule};
+use haptic_measurement::{
+    HELD, MEASURE_AXIS, MeasurePlan, MeasuredAxis, MotionRecord, OwnLimits,
+    drive::{DriveError, INTERRUPTED, drive},
+    robot::drive_robot,
+};
+use haptic_remote::{
+    LinkError,
+    serial::{SerialError, SerialLink},
+};
+use haptic_run::{
+    device::{at_link, at_port, firmware_version, refused_at_port},
+    realtime::RealtimeOptions,
+    remote::{RemoteDevice, RemoteLaw, agreed, push},
+    schedule::{Pace, Schedule},
+};
 use haptic_trial::ending::Lateness;
 use nalgebra::SVector;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, atomic::AtomicBool};
 
 /// Motion of a device that takes a force, or of a robot.
 pub(crate) struct Moved {
