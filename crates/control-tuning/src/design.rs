@@ -2,10 +2,10 @@
 
 use crate::{GAINS, Sampling, Specification, Tuned, Wish, WishName, steps, tune, tune_integer};
 use fracdiff::{Scheme, Seconds};
-use fractional_control::analysis::{LoopAnalysis, analysed};
-use fractional_control::run::limited_share;
 use fractional_control::{
     ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SetPoint, StepShape,
+    analysis::{LoopAnalysis, analysed},
+    run::limited_share,
 };
 
 /// The gains of the plant, over the nominal one, for which a design should hold.

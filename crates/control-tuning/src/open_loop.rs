@@ -1,14 +1,14 @@
 //! The open loop on a grid of frequencies, and what can be read from it.
 
 use super::specification::{Sampling, Specification};
-use core::cell::RefCell;
-use core::f64::consts::PI;
+use core::{cell::RefCell, f64::consts::PI};
 use fracdiff::roots;
-use fractional_control::whole_orders::{coefficients, of_coefficients, without_root};
-use fractional_control::{ControlError, PidParameters, Plant, Rule};
+use fractional_control::{
+    ControlError, PidParameters, Plant, Rule,
+    whole_orders::{coefficients, of_coefficients, without_root},
+};
 use num_complex::Complex;
-use std::collections::BTreeMap;
-use std::rc::Rc;
+use std::{collections::BTreeMap, rc::Rc};
 
 /// Frequencies of the grid, below and above the crossover: 60 a decade near it would be 4 %.
 const POINTS: usize = 180;
@@ -31,8 +31,8 @@ const TIMES: usize = 64;
 pub(crate) struct OpenLoop {
     points: Vec<Point>,
     /// Values at the crossover: ln s, its slope over ln ω, G with the hold, and the slope of its logarithm.
-    pub(crate) crossover: (Complex<f64>, Complex<f64>, Complex<f64>, Complex<f64>),
-    pub(crate) omega: f64,
+    pub crossover: (Complex<f64>, Complex<f64>, Complex<f64>, Complex<f64>),
+    pub omega: f64,
     nyquist: Nyquist,
     twin: Option<Twin>,
     /// Phase of the plant at rest, as it would be followed from 0 on, with the sign that its controller has.
@@ -531,7 +531,7 @@ impl Nyquist {
     }
 
     /// True if the loop is stable at a gain k, by the grid; `open` is L on it, `end` its [`end`](Self::end).
-    pub(super) fn is_stable(&self, open: &[Complex<f64>], end: f64, gain: f64) -> bool {
+    fn is_stable(&self, open: &[Complex<f64>], end: f64, gain: f64) -> bool {
         let (Some(first), Some(second), Some(last)) = (open.first(), open.get(1), open.last())
         else {
             return false;

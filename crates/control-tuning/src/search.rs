@@ -10,8 +10,10 @@
 //! Source: C. A. Monje, B. M. Vinagre, V. Feliu, Y. Chen, *Tuning and auto-tuning of fractional order controllers for
 //! industry applications*, Control Engineering Practice 16, 2008, whose five equations these are.
 
-use super::open_loop::{Measures, OpenLoop, at};
-use super::specification::{Sampling, Specification, Wish, WishName};
+use super::{
+    open_loop::{Measures, OpenLoop, at},
+    specification::{Sampling, Specification, Wish, WishName},
+};
 use core::f64::consts::PI;
 use fractional_control::{ControlError, PidParameters, Plant};
 use nalgebra::{Matrix3, Vector3};
@@ -487,7 +489,7 @@ impl Equations {
 
     /// Between two neighbours of μ where both `K_p` and `K_i` change sign, both may have the right one, however near these places are:
     /// the middle of the two.
-    pub(super) fn between(&self, lambda: f64, ends: [f64; 2], slope: f64) -> Option<[f64; 3]> {
+    fn between(&self, lambda: f64, ends: [f64; 2], slope: f64) -> Option<[f64; 3]> {
         let zero = |gain: usize| {
             let at = |mu: f64| Some(self.solved([lambda, mu, slope])?[gain] > 0.0);
             let ([mut low, mut high], above) = (ends, at(ends[0])?);

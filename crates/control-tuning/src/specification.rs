@@ -1,12 +1,13 @@
 //! Wishes for a loop, and which of them contradict each other.
 
 use core::f64::consts::PI;
-use fracdiff::Seconds;
-use fracdiff::parameter::{positive, range};
-use fractional_control::MODES;
+use fracdiff::{
+    Seconds,
+    parameter::{positive, range},
+};
 use fractional_control::{
-    Actuator, ControlError, FractionalPid, HeldPlant, PidParameters, Plant, PowerMemory, Response,
-    Rule, SetPoint, simulate,
+    Actuator, ControlError, FractionalPid, HeldPlant, MODES, PidParameters, Plant, PowerMemory,
+    Response, Rule, SetPoint, simulate,
 };
 
 /// A bound of a gain on one side of a frequency.
@@ -170,7 +171,7 @@ impl Specification {
 
     /// |S| and |T| at the crossover: `1/(2 sin(φ_m/2))`.
     #[must_use]
-    pub(crate) fn peak_at_crossover(&self) -> f64 {
+    fn peak_at_crossover(&self) -> f64 {
         0.5 / libm::sin(0.5 * self.phase_margin_rad)
     }
 

@@ -2,9 +2,11 @@
 //!
 //! `@` stands for the name, `real` for the number type and words in capitals for what differs, as in the code of an operator.
 
-use crate::error::HeaderError;
-use crate::header::{CHeader, Operator};
-use crate::number::{CNumber, filled, literal};
+use crate::{
+    error::HeaderError,
+    header::{CHeader, Operator},
+    number::{CNumber, filled, literal},
+};
 use fracdiff::OperatorList;
 use fractional_control::{
     AVERAGED, BranchList, ControllerList, DEAD_ZONE, LawList, LeadList, MISSED_MOST, ParallelList,

@@ -3,10 +3,11 @@
 //! `u` is the input of the core in all of them, and the core leaves its part of the next output in `past`. `@` stands
 //! for the name, `real` for the number type; both are put in at the end. Words in capitals are put in by [`filled`].
 
-use crate::error::HeaderError;
-use crate::number::{CNumber, filled, literal, table};
-use fracdiff::OperatorList;
-use fracdiff::portable::Form;
+use crate::{
+    error::HeaderError,
+    number::{CNumber, filled, literal, table},
+};
+use fracdiff::{OperatorList, portable::Form};
 
 /// A member of the struct: zero at rest.
 pub(crate) enum Field {
@@ -18,16 +19,16 @@ pub(crate) enum Field {
 
 /// The core of an operator in C.
 pub(crate) struct Core {
-    pub(crate) tables: String,
+    pub tables: String,
     /// Its part of the history.
-    pub(crate) fields: Vec<Field>,
+    pub fields: Vec<Field>,
     /// Functions that the step calls.
-    pub(crate) functions: String,
+    pub functions: String,
     /// Step from `u` to `past`, without an input in between.
-    pub(crate) step: String,
-    pub(crate) direct: String,
+    pub step: String,
+    pub direct: String,
     /// Meaning of the numbers, for the comment.
-    pub(crate) words: String,
+    pub words: String,
 }
 
 /// The core of a list that an operator made.

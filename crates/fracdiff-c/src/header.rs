@@ -1,8 +1,10 @@
 //! The whole header: comment, tables, struct and functions.
 
-use crate::error::HeaderError;
-use crate::form::{self, Core, Field};
-use crate::number::{CNumber, check_name, filled, literal};
+use crate::{
+    error::HeaderError,
+    form::{self, Core, Field},
+    number::{CNumber, check_name, filled, literal},
+};
 use fracdiff::OperatorList;
 use std::fmt;
 
@@ -115,7 +117,7 @@ impl CHeader {
 /// An operator in C, `@` for its name.
 pub(crate) struct Operator {
     words: String,
-    pub(crate) code: String,
+    pub code: String,
 }
 
 impl Operator {

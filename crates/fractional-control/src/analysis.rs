@@ -1,9 +1,8 @@
 //! The verdict on a loop, its margins, and the reason of the verdict.
 
-use crate::verdict::Judged;
 use crate::{
     ControlError, ControllerParameters, ControllerSetup, Crossing, FractionalTransferFunction,
-    Margins, Plant, SampledControlLoop, StabilityVerdict,
+    Margins, Plant, SampledControlLoop, StabilityVerdict, verdict::Judged,
 };
 use core::f64::consts::PI;
 use num_complex::Complex;
@@ -198,7 +197,7 @@ pub fn curve(
     points
 }
 
-pub(crate) fn adds_up(law: &ControllerParameters) -> bool {
+fn adds_up(law: &ControllerParameters) -> bool {
     match law {
         ControllerParameters::Pid(law) => law.integral != 0.0,
         ControllerParameters::Tid(law) => law.integral != 0.0,

@@ -2,8 +2,10 @@
 
 use crate::ControlError;
 use core::fmt::Debug;
-use fracdiff::parameter::{RangeError, positive};
-use fracdiff::{Real, Seconds};
+use fracdiff::{
+    Real, Seconds,
+    parameter::{RangeError, positive},
+};
 
 /// Limits of a command, and the time in which a bridged bump fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +83,7 @@ pub(crate) struct Stage<F> {
     /// Range of the command, or 0 where that has no end.
     range: F,
     /// The share of a bias that is left after a sample.
-    pub(crate) keep: F,
+    pub keep: F,
 }
 
 impl<F: Real> Stage<F> {

@@ -1,20 +1,20 @@
 //! Controllers and transfer functions as functions on the circle, of the weights that really run.
 
-use crate::enclosure::{Factor, Fraction, Product};
-use crate::lead::LeadShape;
-use crate::memory::{Rule, TAPS};
-use crate::pid::BranchParameters;
-use crate::records::MODES;
-use crate::sampled::entries;
-use crate::{ControlError, FractionalTransferFunction, PowerMemory, SetPoint, Term};
-use crate::{CroneParameters, LeadLagParameters, PidParameters, TidParameters};
+use crate::{
+    ControlError, CroneParameters, FractionalTransferFunction, LeadLagParameters, PidParameters,
+    PowerMemory, SetPoint, Term, TidParameters,
+    enclosure::{Factor, Fraction, Product},
+    lead::LeadShape,
+    memory::{Rule, TAPS},
+    pid::BranchParameters,
+    records::MODES,
+    sampled::entries,
+};
 use certified_count::count;
 use core::fmt;
-use fracdiff::full_memory::Design;
-use fracdiff::{Order, Seconds};
+use fracdiff::{Order, Seconds, full_memory::Design};
 use num_complex::Complex;
-use std::vec;
-use std::vec::Vec;
+use std::{vec, vec::Vec};
 
 /// Parameters of any controller of this crate.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,8 +12,10 @@
 //!
 //! - *Units*: r in rad/s, t in s, S that of H. *Errors*: 1e-12 of H(0) (`tests/suite/implicit.rs`). *Cost*: some hundred decays.
 
-use crate::enclosure::{Factor, Product};
-use crate::{ImplicitFactor, ImplicitFactors};
+use crate::{
+    ImplicitFactor, ImplicitFactors,
+    enclosure::{Factor, Product},
+};
 use core::f64::consts::PI;
 use num_complex::Complex;
 use std::vec::Vec;
@@ -36,8 +38,8 @@ const STEPS_MAX: usize = 4000;
 /// A decay: r in rad/s, and its share A of the step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Decay {
-    pub(crate) rate: f64,
-    pub(crate) size: f64,
+    pub rate: f64,
+    pub size: f64,
 }
 
 /// Place on the cut with its distances from the beginnings of its interval, which are exact where they are small.
@@ -163,7 +165,7 @@ impl ImplicitFactors {
     }
 
     /// Time before which a step has not arrived, s.
-    pub(crate) fn silence_s(&self) -> f64 {
+    fn silence_s(&self) -> f64 {
         let root = self.root_of_diffusion();
         root * root / ARRIVES
     }

@@ -1,10 +1,8 @@
 //! Sums of products as functions on the unit circle, enclosed on an arc, so that a count of their zeros is a proof.
 
-use crate::ControlError;
-use crate::records::largest;
+use crate::{ControlError, records::largest};
 use certified_count::{Arc, Enclosed, Enclosing, Jet};
-use core::fmt::Debug;
-use core::ops::SubAssign;
+use core::{fmt::Debug, ops::SubAssign};
 use fracdiff::parameter::range;
 use num_complex::Complex;
 use std::vec::Vec;
@@ -127,8 +125,8 @@ impl Factor {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Product {
-    pub(crate) scale: f64,
-    pub(crate) factors: Vec<Factor>,
+    pub scale: f64,
+    pub factors: Vec<Factor>,
 }
 
 impl Product {
@@ -138,7 +136,7 @@ impl Product {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Sum(pub(crate) Vec<Product>);
+pub(crate) struct Sum(pub Vec<Product>);
 
 impl Sum {
     pub(crate) fn at(&self, arc: &Arc) -> Enclosed {
@@ -197,8 +195,8 @@ impl Enclosing for Sum {
 /// above/below, neither with a pole in |w| ≤ 1.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Fraction {
-    pub(crate) above: Sum,
-    pub(crate) below: Sum,
+    pub above: Sum,
+    pub below: Sum,
 }
 
 impl Fraction {
@@ -270,7 +268,7 @@ pub trait SampledLaw: Debug + Send + Sync {
 
 /// A law that others share.
 #[derive(Clone, Debug)]
-pub(crate) struct SharedLaw(pub(crate) std::sync::Arc<dyn SampledLaw>);
+pub(crate) struct SharedLaw(pub std::sync::Arc<dyn SampledLaw>);
 
 impl PartialEq for SharedLaw {
     fn eq(&self, other: &Self) -> bool {

@@ -1,8 +1,7 @@
 //! The refusals of this crate.
 
 use core::fmt;
-use fracdiff::full_memory::DesignError;
-use fracdiff::parameter::RangeError;
+use fracdiff::{full_memory::DesignError, parameter::RangeError};
 
 /// Input that is not a valid transfer function, controller or question. Prints as one line: the
 /// value, the range, the remedy.

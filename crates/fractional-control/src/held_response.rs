@@ -1,16 +1,16 @@
 //! The response of a plant behind a hold at the samples, without a rule.
 
-use crate::enclosure::Factor;
-use crate::plant::Model;
-use crate::poles::OnAxis;
 use crate::{
     FractionalPolynomial, FractionalTransferFunction, ImplicitFactor, ImplicitFactors, Plant, Term,
+    enclosure::Factor, plant::Model, poles::OnAxis,
 };
 use certified_count::{Arc, Enclosed, Jet};
 use core::f64::consts::PI;
 use num_complex::Complex;
-use std::sync::{Arc as Shared, OnceLock};
-use std::vec::Vec;
+use std::{
+    sync::{Arc as Shared, OnceLock},
+    vec::Vec,
+};
 
 /// Terms on either side that are added one by one.
 const TERMS: usize = 64;

@@ -1,7 +1,6 @@
 //! Factors of a plant that are no quotient of powers of s: powers of a bracket, and diffusion.
 
-use crate::transfer::short;
-use crate::{ControlError, FractionalPolynomial, Term};
+use crate::{ControlError, FractionalPolynomial, Term, transfer::short};
 use core::fmt;
 #[cfg(feature = "std")]
 use fracdiff::parameter::range;

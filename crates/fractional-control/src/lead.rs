@@ -1,12 +1,11 @@
 //! Powers of a lead or lag, sample by sample.
 
-use crate::memory::TAPS;
-use crate::{ControlError, PowerMemory};
-use fracdiff::full_memory::{DecayingMode, Design};
-use fracdiff::parameter::{positive, range};
+use crate::{ControlError, PowerMemory, memory::TAPS};
 use fracdiff::{
     Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, Order, Real, Seconds,
+    full_memory::{DecayingMode, Design},
     grunwald_weight,
+    parameter::{positive, range},
 };
 use num_complex::Complex;
 
@@ -49,24 +48,24 @@ fn corner(what: &'static str, omega: f64, sample_time: Seconds) -> Result<f64, C
 /// `k·f·((1 + s/ω_z)/(1 + s/ω_p))^ν`: both CRONE and lead–lag have this shape.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LeadShape {
-    pub(crate) gain: f64,
-    pub(crate) factor: f64,
-    pub(crate) order: f64,
-    pub(crate) zero_rad_s: f64,
-    pub(crate) pole_rad_s: f64,
+    pub gain: f64,
+    pub factor: f64,
+    pub order: f64,
+    pub zero_rad_s: f64,
+    pub pole_rad_s: f64,
 }
 
 /// The parts of a power of a lead, in `f64`.
 #[derive(Clone, Debug)]
 pub(crate) struct LeadParts<const MODES: usize> {
     /// ((1 + A)/(1 + B))^ν.
-    pub(crate) gain: f64,
+    pub gain: f64,
     /// Whole sections (1 − pw)/(1 − qw).
-    pub(crate) sections: usize,
-    pub(crate) zero: f64,
-    pub(crate) pole: f64,
+    pub sections: usize,
+    pub zero: f64,
+    pub pole: f64,
     /// Memories of order φ − 1 with p, and of −φ with q.
-    pub(crate) memories: Option<[Option<Design<TAPS, MODES>>; 2]>,
+    pub memories: Option<[Option<Design<TAPS, MODES>>; 2]>,
 }
 
 pub(crate) fn parts<const MODES: usize>(

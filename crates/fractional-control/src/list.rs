@@ -1,12 +1,12 @@
 //! A controller as numbers, from which another language runs it with the same bits.
 
-use crate::lead::{LeadPower, LeadShape};
-use crate::parallel::{Kind, Parallel};
-use crate::pid::BranchParameters;
-use crate::transfer::in_samples;
 use crate::{
     Actuator, ControlError, ControllerParameters, ControllerSetup, FractionalPid, PortableForm,
     PortablePart, PowerMemory,
+    lead::{LeadPower, LeadShape},
+    parallel::{Kind, Parallel},
+    pid::BranchParameters,
+    transfer::in_samples,
 };
 use fracdiff::{Differintegrator, OperatorList, Real, Seconds};
 use std::vec::Vec;

@@ -1,14 +1,17 @@
 //! A plant with two ports: a controller at one, a sampled law at the other.
 
-use crate::ControlError;
-use crate::enclosure::{Factor, Fraction, Product, SampledLaw, SharedLaw};
-use crate::sampled_plant::DELAY_MAX;
-use crate::wide::{self, in_v};
-use fracdiff::Seconds;
-use fracdiff::parameter::{RangeError, range};
+use crate::{
+    ControlError,
+    enclosure::{Factor, Fraction, Product, SampledLaw, SharedLaw},
+    sampled_plant::DELAY_MAX,
+    wide::{self, in_v},
+};
+use fracdiff::{
+    Seconds,
+    parameter::{RangeError, range},
+};
 use nalgebra::{DMatrix, DVector, RowDVector};
-use std::sync::Arc;
-use std::vec;
+use std::{sync::Arc, vec};
 
 /// x\[n+1\] = Φx\[n\] + `Γ_u` u\[n\] + `Γ_f` f\[n\]: the controller sees y = Cx and commands u, the law sees q = Dx and answers with f.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,8 +4,7 @@ use crate::SampledControlLoop;
 use certified_count::{Arc, AtAngle, Bounds, LoopTerms, OpenLoop, Peak, is_clear};
 use core::f64::consts::PI;
 use num_complex::Complex;
-use std::vec;
-use std::vec::Vec;
+use std::{vec, vec::Vec};
 
 /// The slowest angle of the grid, rad a sample: at 1 kHz that of a time constant of 3000 years.
 const SLOWEST: f64 = 1e-14;
@@ -61,7 +60,7 @@ pub struct Margins {
 }
 
 /// L as A below B, with the angle at which it has come to rest.
-pub(crate) struct Open<'a>(pub(crate) &'a SampledControlLoop, f64);
+pub(crate) struct Open<'a>(pub &'a SampledControlLoop, f64);
 
 impl OpenLoop for Open<'_> {
     type Node = ();

@@ -1,11 +1,11 @@
 //! The way powers of s are put into samples: the rule, and how far and how well it is remembered.
 
 use crate::ControlError;
-use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
-use fracdiff::parameter::positive;
 use fracdiff::{
     BDF2_TAPS, Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, Order, Real,
     Seconds, bdf2_short_filter,
+    full_memory::{Design, HORIZON_MIN, Kernel},
+    parameter::positive,
 };
 use num_complex::Complex;
 
@@ -136,7 +136,7 @@ impl PowerMemory {
 }
 
 /// Whole sums behind a memory at most: orders differ by 4 at most.
-pub(crate) const SUMS_MAX: usize = 4;
+const SUMS_MAX: usize = 4;
 /// Outputs of a chain: the memory's own, and those of the sums.
 pub(crate) const LEVELS: usize = SUMS_MAX + 1;
 
@@ -149,7 +149,7 @@ pub type Integral<F, const MODES: usize> = FullMemory<F, TAPS, MODES>;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Chain<F, const MODES: usize> {
-    pub(crate) fraction: f64,
+    pub fraction: f64,
     core: Option<Integral<F, MODES>>,
     sums: usize,
     sample_time: F,

@@ -10,8 +10,10 @@
 //! `exp(-0.5s)`, also `e^(-0.5s)`, is a dead time of 0.5 s; `exp(-sqrt(3s))` is diffusion. Both, and powers of a bracket that are not whole, stand
 //! only in a plant, as factors of the whole.
 
-use crate::implicit::{ImplicitFactor, ImplicitFactors};
-use crate::{ControlError, FractionalPolynomial, FractionalTransferFunction, Term};
+use crate::{
+    ControlError, FractionalPolynomial, FractionalTransferFunction, Term,
+    implicit::{ImplicitFactor, ImplicitFactors},
+};
 use core::str::FromStr;
 use fracdiff::parameter::RangeError;
 
@@ -392,10 +394,10 @@ impl Reader<'_> {
 
 #[derive(Clone, Copy)]
 pub(crate) struct Quotient {
-    pub(crate) above: FractionalPolynomial,
-    pub(crate) below: FractionalPolynomial,
-    pub(crate) delay_s: f64,
-    pub(crate) factors: ImplicitFactors,
+    pub above: FractionalPolynomial,
+    pub below: FractionalPolynomial,
+    pub delay_s: f64,
+    pub factors: ImplicitFactors,
 }
 
 impl Quotient {

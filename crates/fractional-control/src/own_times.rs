@@ -10,8 +10,7 @@
 //!   A; a table of e^(A·2^jδ) once. *Source*: C. Moler, C. Van Loan, *Nineteen dubious ways to compute the exponential of a matrix, twenty-five
 //!   years later*, SIAM Review 45(1), 2003, method 3.
 
-use crate::state_space::begun;
-use crate::{ControlError, StateSpace};
+use crate::{ControlError, StateSpace, state_space::begun};
 use nalgebra::{DMatrix, DVector};
 use std::vec::Vec;
 

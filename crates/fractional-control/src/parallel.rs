@@ -19,13 +19,13 @@ pub(crate) const BRANCHES: usize = 3;
 /// A power O with its gain.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Branch<F, O> {
-    pub(crate) gain: F,
-    pub(crate) weight: F,
+    pub gain: F,
+    pub weight: F,
     /// μ, by which a branch takes over from another.
-    pub(crate) order: f64,
-    pub(crate) power: O,
+    pub order: f64,
+    pub power: O,
     /// True of an integral, whose clock may stand.
-    pub(crate) integrates: bool,
+    pub integrates: bool,
 }
 
 /// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
@@ -80,11 +80,11 @@ enum KindHistory<F, const MODES: usize> {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Parallel<F, O> {
     /// Gain and weight of the part without a power, which is added first.
-    pub(crate) proportional: Option<[F; 2]>,
-    pub(crate) branches: [Option<Branch<F, O>>; BRANCHES],
-    pub(crate) feedback: F,
-    pub(crate) stage: Stage<F>,
-    pub(crate) sample_time: f64,
+    pub proportional: Option<[F; 2]>,
+    pub branches: [Option<Branch<F, O>>; BRANCHES],
+    pub feedback: F,
+    pub stage: Stage<F>,
+    pub sample_time: f64,
 }
 
 /// The past of a [`Parallel`].

@@ -1,16 +1,13 @@
 //! The thing to be controlled: a transfer function, matrices, or a measured response, each with a dead time.
 
-use crate::poles::OnAxis;
 use crate::{
     ControlError, FractionalTransferFunction, ImplicitFactor, ImplicitFactors, StateSpace,
+    poles::OnAxis,
 };
-use core::fmt;
-use core::str::FromStr;
+use core::{fmt, str::FromStr};
 use fracdiff::parameter::{RangeError, not_negative, positive, range};
 use num_complex::Complex;
-use std::boxed::Box;
-use std::string::ToString;
-use std::vec::Vec;
+use std::{boxed::Box, string::ToString, vec::Vec};
 
 /// A plant with a dead time.
 /// ```

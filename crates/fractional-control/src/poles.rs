@@ -4,8 +4,7 @@ use crate::{ControlError, FractionalPolynomial, FractionalTransferFunction};
 use core::f64::consts::PI;
 use fracdiff::roots;
 use num_complex::Complex;
-use std::vec;
-use std::vec::Vec;
+use std::{vec, vec::Vec};
 
 /// The denominator of a function whose orders are multiples of one: a polynomial in λ = s^q, 0 < q ≤ 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,7 +87,7 @@ fn common(orders: &[f64], highest: f64) -> Option<f64> {
 
 /// A polynomial on the imaginary axis, over x = ln ω. Its numbers are relative to e^scale, so that no power is too large or too small.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OnAxis<'a>(pub(crate) &'a FractionalPolynomial);
+pub(crate) struct OnAxis<'a>(pub &'a FractionalPolynomial);
 
 /// Steps of a turn at most: a thousand times what any of the tests takes.
 const STEPS_MAX: usize = 1_000_000;

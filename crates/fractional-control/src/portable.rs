@@ -8,12 +8,13 @@
 //! A part of order 0 has no power. The filter is that of [`Rule::Bdf2`](crate::Rule::Bdf2), behind all powers of a list or none.
 //! A host designs in `f64` and rounds once ([`ControllerList::portable`](crate::ControllerList::portable)).
 
-use crate::controller::Stage;
-use crate::lead::{LeadPower, LeadPowerHistory};
-use crate::parallel::{BRANCHES, Branch, Kind, Parallel};
-use crate::{Controller, FractionalPid, LeadController, OnError, OnErrorHistory, ParallelHistory};
-use fracdiff::portable::ListError;
-use fracdiff::{Bdf2Memory, Differintegrator, FullMemory, Real};
+use crate::{
+    Controller, FractionalPid, LeadController, OnError, OnErrorHistory, ParallelHistory,
+    controller::Stage,
+    lead::{LeadPower, LeadPowerHistory},
+    parallel::{BRANCHES, Branch, Kind, Parallel},
+};
+use fracdiff::{Bdf2Memory, Differintegrator, FullMemory, Real, portable::ListError};
 
 /// Parts of a controller at most.
 pub const CONTROLLER_PARTS: usize = BRANCHES;

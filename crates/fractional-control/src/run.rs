@@ -1,9 +1,8 @@
 //! Responses of a loop, and of a plant alone, to a step or a record.
 
-use crate::analysis::coarse;
 use crate::{
     ControlError, ControllerSetup, HeldPlant, Plant, Response, SampledControlLoop,
-    StabilityVerdict, StepShape,
+    StabilityVerdict, StepShape, analysis::coarse,
 };
 use fracdiff::Seconds;
 

@@ -1,9 +1,13 @@
 //! A transfer function, sample by sample.
 
-use crate::memory::{Chain, ChainHistory, Integral, LEVELS};
-use crate::{ControlError, FractionalTransferFunction, PowerMemory};
-use fracdiff::parameter::RangeError;
-use fracdiff::{BDF2_TAPS, Differintegrator, Fir, FirHistory, FrequencyResponse, Real, Seconds};
+use crate::{
+    ControlError, FractionalTransferFunction, PowerMemory,
+    memory::{Chain, ChainHistory, Integral, LEVELS},
+};
+use fracdiff::{
+    BDF2_TAPS, Differintegrator, Fir, FirHistory, FrequencyResponse, Real, Seconds,
+    parameter::RangeError,
+};
 use num_complex::Complex;
 
 /// Different orders in one function at most: counting numerator and denominator together.
@@ -78,11 +82,11 @@ pub struct SampledHistory<F, const MODES: usize> {
 /// An order of a function with both its coefficients, and its distance from the highest: fraction and whole part.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Entry {
-    pub(crate) order: f64,
-    pub(crate) below: f64,
-    pub(crate) above: f64,
-    pub(crate) fraction: f64,
-    pub(crate) level: usize,
+    pub order: f64,
+    pub below: f64,
+    pub above: f64,
+    pub fraction: f64,
+    pub level: usize,
 }
 
 /// All orders of a function, highest first.

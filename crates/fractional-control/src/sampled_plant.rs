@@ -1,24 +1,20 @@
 //! A plant as a sampled loop sees it: held, late, exact where it can be.
 
-use crate::curves::transfer_fraction;
-use crate::cut::HeldFactors;
-use crate::enclosure::{Factor, Fraction, Product, Sum};
-use crate::held_response::HeldResponse;
-use crate::plant::Model;
-use crate::records::MODES;
-use crate::state_space::{SampledStates, StatesInV};
 use crate::{
     ControlError, FractionalTransferFunction, Plant, PowerMemory, Rule, SampledHistory,
     SampledTransferFunction, StateSpace,
+    curves::transfer_fraction,
+    cut::HeldFactors,
+    enclosure::{Factor, Fraction, Product, Sum},
+    held_response::HeldResponse,
+    plant::Model,
+    records::MODES,
+    state_space::{SampledStates, StatesInV},
 };
 use core::f64::consts::PI;
-use fracdiff::parameter::range;
-use fracdiff::{Differintegrator, Seconds};
+use fracdiff::{Differintegrator, Seconds, parameter::range};
 use nalgebra::DVector;
-use std::boxed::Box;
-use std::collections::VecDeque;
-use std::vec;
-use std::vec::Vec;
+use std::{boxed::Box, collections::VecDeque, vec, vec::Vec};
 
 /// Above over below of it on the circle.
 /// Parts of a sample in which a function behind factors runs.

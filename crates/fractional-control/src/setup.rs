@@ -1,21 +1,20 @@
 //! A controller with all that its loop needs to know of it.
 
-use crate::enclosure::Fraction;
-use crate::records::MODES;
-use crate::simulate::simulate_loaded;
 use crate::{
     Actuator, ControlError, Controller, ControllerParameters, FractionalPid,
     FractionalTransferFunction, FunctionController, HeldPlant, LeadController, PidParameters,
-    Plant, PowerMemory, Response, Rule, SampledControlLoop, SetPoint, Term,
+    Plant, PowerMemory, Response, Rule, SampledControlLoop, SetPoint, Term, enclosure::Fraction,
+    records::MODES, simulate::simulate_loaded,
 };
 
 use certified_count::{Enclosing, count};
 use core::fmt::Debug;
-use fracdiff::full_memory::Kernel;
-use fracdiff::parameter::{RangeError, range};
-use fracdiff::{Scheme, Seconds};
-use std::sync::Arc;
-use std::vec::Vec;
+use fracdiff::{
+    Scheme, Seconds,
+    full_memory::Kernel,
+    parameter::{RangeError, range},
+};
+use std::{sync::Arc, vec::Vec};
 
 type Pid = FractionalPid<f64, MODES>;
 type Lead = LeadController<f64, MODES>;

@@ -1,14 +1,16 @@
 //! Controllers that act on the error: CRONE of the second generation, fractional lead–lag, any proper function of s.
 
-use crate::controller::Stage;
-use crate::lead::{LeadPower, LeadShape};
-use crate::transfer::in_samples;
 use crate::{
     Actuator, ControlError, Controller, FractionalTransferFunction, PowerMemory,
     SampledTransferFunction,
+    controller::Stage,
+    lead::{LeadPower, LeadShape},
+    transfer::in_samples,
 };
-use fracdiff::parameter::{positive, range};
-use fracdiff::{Differintegrator, FrequencyResponse, Real, Seconds};
+use fracdiff::{
+    Differintegrator, FrequencyResponse, Real, Seconds,
+    parameter::{positive, range},
+};
 use num_complex::Complex;
 
 /// k·P of the error r − y, limited, P an operator.

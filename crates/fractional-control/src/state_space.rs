@@ -1,10 +1,13 @@
 //! Linear plants as matrices, and their exact samples behind a hold, a delay and a lag.
 
-use crate::wide::{self, Generator};
-use crate::{ControlError, FractionalTransferFunction};
+use crate::{
+    ControlError, FractionalTransferFunction,
+    wide::{self, Generator},
+};
 use fracdiff::parameter::{RangeError, not_negative, range};
-use nalgebra::linalg::balancing::balance_parlett_reinsch;
-use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
+use nalgebra::{
+    DMatrix, DVector, RowDVector, SMatrix, SVector, linalg::balancing::balance_parlett_reinsch,
+};
 use num_complex::Complex;
 use std::vec::Vec;
 
@@ -324,8 +327,8 @@ pub(crate) struct SampledStates {
 
 /// C(1 − wΦ)⁻¹Γ in powers of v = 1 − w: the denominator, and the numerators of Γ₀ and Γ₁.
 pub(crate) struct StatesInV {
-    pub(crate) below: Vec<f64>,
-    pub(crate) above: [Vec<f64>; 2],
+    pub below: Vec<f64>,
+    pub above: [Vec<f64>; 2],
 }
 
 impl SampledStates {

@@ -3,10 +3,11 @@
 //! Each part keeps its own coefficients and orders, so a fit has no more numbers than the parts have. For everything else the sum is one function, over
 //! the product of the denominators; a power of s that stands below several parts counts once.
 
-use crate::notation::{Quotient, summands};
-use crate::{ControlError, FractionalTransferFunction};
-use core::fmt;
-use core::str::FromStr;
+use crate::{
+    ControlError, FractionalTransferFunction,
+    notation::{Quotient, summands},
+};
+use core::{fmt, str::FromStr};
 use num_complex::Complex;
 use std::vec::Vec;
 

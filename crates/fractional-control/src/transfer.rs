@@ -137,8 +137,8 @@ impl fmt::Display for FractionalTransferFunction {
     }
 }
 
-pub(crate) const TERMS_MAX: usize = 16;
-pub(crate) const ORDER_MAX: f64 = 4.0;
+const TERMS_MAX: usize = 16;
+const ORDER_MAX: f64 = 4.0;
 /// Orders closer than this are one.
 const SAME: f64 = 1e-9;
 /// Sizes of coefficients, gains and entries of matrices: far beyond what any unit makes, and far from where numbers end.

@@ -1,8 +1,9 @@
 //! The verdict on a sampled loop, stable or not, as a proof.
 
-use crate::enclosure::Fraction;
-use crate::held_response::HeldResponse;
-use crate::{ControlError, ControllerParameters, HeldPlant, LoadedPlant, PowerMemory};
+use crate::{
+    ControlError, ControllerParameters, HeldPlant, LoadedPlant, PowerMemory, enclosure::Fraction,
+    held_response::HeldResponse,
+};
 use certified_count::{Arc, Enclosed, StabilityVerdict, count};
 use fracdiff::Seconds;
 use num_complex::Complex;

@@ -2,8 +2,7 @@
 
 use crate::{FractionalPolynomial, FractionalTransferFunction, Term};
 use num_complex::Complex;
-use std::vec;
-use std::vec::Vec;
+use std::{vec, vec::Vec};
 
 /// The function of these coefficients, the lowest of them below made 1 or −1; `None` where it is no function.
 #[must_use]

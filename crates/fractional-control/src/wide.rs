@@ -4,11 +4,9 @@
 //! ```
 
 use crate::records::largest;
-use dashu_float::FBig;
-use dashu_float::round::mode::HalfEven;
+use dashu_float::{FBig, round::mode::HalfEven};
 use nalgebra::{DMatrix, DVector, RowDVector};
-use std::vec;
-use std::vec::Vec;
+use std::{vec, vec::Vec};
 
 pub(crate) type Wide = FBig<HalfEven, 2>;
 

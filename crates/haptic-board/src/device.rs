@@ -1,9 +1,10 @@
 //! The device's loop, and the work of its tick interrupt.
 
-use crate::parts::TickTimer;
-use crate::retained::{Retained, RetainedMemory};
-use core::cell::RefCell;
-use core::mem::MaybeUninit;
+use crate::{
+    parts::TickTimer,
+    retained::{Retained, RetainedMemory},
+};
+use core::{cell::RefCell, mem::MaybeUninit};
 use critical_section::Mutex;
 use haptic_link::{Refusal, State};
 use haptic_loop::{Fault, SafetyChain};

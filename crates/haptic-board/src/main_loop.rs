@@ -1,7 +1,9 @@
 //! The main loop: answers the host, sends what the loop has to say, feeds the watchdog, sleeps.
 
-use crate::device::Shared;
-use crate::parts::{HostLine, Watchdog};
+use crate::{
+    device::Shared,
+    parts::{HostLine, Watchdog},
+};
 use haptic_link::FRAME_MAX;
 use haptic_remote::{DeviceSession, Exclusive as _, Hardware};
 

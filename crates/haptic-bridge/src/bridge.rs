@@ -1,24 +1,32 @@
 //! A bridge: the part that ticks, the part that speaks, and what other threads may ask.
 
-use crate::description::{Description, DescriptionError};
-use crate::line::LineSide;
-use crate::motion::motion;
-use crate::pace::Pace;
-use crate::status::Handle;
-use crate::ticking::{Heard, Ticking, Ticks};
+use crate::{
+    description::{Description, DescriptionError},
+    line::LineSide,
+    motion::motion,
+    pace::Pace,
+    status::Handle,
+    ticking::{Heard, Ticking, Ticks},
+};
 use haptic_document::FileError;
 use haptic_link::{Capabilities, DeviceReport, Reason, Refusal, SerialNumber, Status, Trouble};
-use haptic_loop::Fault;
-use haptic_loop::realtime::{SystemWaiter, Waiter};
+use haptic_loop::{
+    Fault,
+    realtime::{SystemWaiter, Waiter},
+};
 use haptic_remote::serial::{SerialError, TcpListening};
 use haptic_trial::robot::OwnRobot;
 use rtrb::{Consumer, Producer};
-use std::io::Error;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
-use std::time::Duration;
+use std::{
+    io::Error,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::JoinHandle,
+    time::Duration,
+};
 use thiserror::Error;
 
 /// The part of a bridge for the thread that ticks.
@@ -216,7 +224,7 @@ fn ticking<const D: usize>(
 /// The thread of the line.
 #[derive(Debug)]
 pub(crate) struct Serving {
-    pub(crate) port: u16,
+    pub port: u16,
     ended: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }

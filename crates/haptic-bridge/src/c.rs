@@ -2,14 +2,18 @@
 //! caller answers for, as the documentation of each function, which the header repeats, says.
 #![expect(unsafe_code, reason = "C hands over pointers")]
 
-use crate::bridge::{Bridge, BridgeError, BridgeTicker};
-use crate::description::{Description, Takes};
-use crate::status::Handle;
+use crate::{
+    bridge::{Bridge, BridgeError, BridgeTicker},
+    description::{Description, Takes},
+    status::Handle,
+};
 use haptic_link::Trouble;
-use std::ffi::{CStr, CString, c_char, c_int};
-use std::panic::catch_unwind;
-use std::ptr;
-use std::sync::{Mutex, PoisonError};
+use std::{
+    ffi::{CStr, CString, c_char, c_int},
+    panic::catch_unwind,
+    ptr,
+    sync::{Mutex, PoisonError},
+};
 use thiserror::Error;
 
 /// Default address of a bridge: this machine alone.

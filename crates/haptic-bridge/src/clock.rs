@@ -16,7 +16,7 @@ const STEP_MOST_US: u64 = 3_600_000_000;
 
 #[derive(Debug)]
 pub(crate) struct ProgramClock {
-    pub(crate) period_us: u64,
+    pub period_us: u64,
     told_us: Option<u64>,
     now_us: u64,
     ticked_us: u64,
@@ -26,14 +26,14 @@ pub(crate) struct ProgramClock {
 /// A call in the loop's time.
 #[derive(Debug)]
 pub(crate) struct Call {
-    pub(crate) now_us: u64,
-    pub(crate) is_tick: bool,
+    pub now_us: u64,
+    pub is_tick: bool,
     /// Time since the tick before, µs.
-    pub(crate) stood_us: u64,
+    pub stood_us: u64,
     /// Ticks before it that had no call.
-    pub(crate) skipped: u32,
+    pub skipped: u32,
     /// The time given is later than that of the call before.
-    pub(crate) goes_on: bool,
+    pub goes_on: bool,
 }
 
 impl ProgramClock {

@@ -1,16 +1,17 @@
 //! The line to the host, on a thread of its own: bytes to requests, reports to bytes.
 
-use crate::status::Handle;
-use crate::ticking::Heard;
+use crate::{status::Handle, ticking::Heard};
 use haptic_link::{
     DeviceReport, Direction, FRAME_MAX, Header, Reason, Receiver, Request, Statistics, Trouble,
     encode,
 };
 use haptic_loop::realtime::Moment;
 use rtrb::{Consumer, Producer, RingBuffer};
-use std::io::{ErrorKind, Read, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::{
+    io::{ErrorKind, Read, Write},
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
 
 /// Requests on their way at most. What finds no room is lost, and missed by its number.
 const REQUESTS_WAITING: usize = 64;

@@ -2,8 +2,10 @@
 
 use crate::description::Description;
 use fracdiff::Seconds;
-use haptic_loop::units::{Metres, Newtons};
-use haptic_loop::{LoopParameterError, MotionReading, MovingDevice, SafeMotion};
+use haptic_loop::{
+    LoopParameterError, MotionReading, MovingDevice, SafeMotion,
+    units::{Metres, Newtons},
+};
 use haptic_remote::MovedRobot;
 use haptic_trial::robot::OwnRobot;
 use nalgebra::SVector;

@@ -1,7 +1,6 @@
 //! The program's device as the loop sees it: a position that was handed over, and a force that is handed back.
 
-use crate::description::Description;
-use crate::motion::Motion;
+use crate::{description::Description, motion::Motion};
 use haptic_link::{Capabilities, ControllerCost, Refusal, SerialNumber};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{CONTROLLER_COST, Hardware};

@@ -2,8 +2,10 @@
 
 use haptic_link::{Reason, Status, Trouble};
 use haptic_loop::Fault;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU16, AtomicU32, AtomicU64, Ordering};
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, AtomicU16, AtomicU32, AtomicU64, Ordering},
+};
 
 /// Stops a bridge, or sees its fault, from any thread.
 #[derive(Clone, Debug, Default)]

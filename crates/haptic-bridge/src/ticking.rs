@@ -7,12 +7,14 @@
 //! *Cost*: that of [`TickSide::tick`], some 30 comparisons and stores, and at most [`REQUESTS_MOST`] requests and
 //! [`REPORTS_MOST`] reports. No allocation, no lock, no system call.
 
-use crate::clock::{Call, ProgramClock};
-use crate::description::{Description, PERIODS_US};
-use crate::meter::Meter;
-use crate::motion::Motion;
-use crate::program::Program;
-use crate::status::Handle;
+use crate::{
+    clock::{Call, ProgramClock},
+    description::{Description, PERIODS_US},
+    meter::Meter,
+    motion::Motion,
+    program::Program,
+    status::Handle,
+};
 use haptic_link::{
     Capabilities, DeviceReport, Header, Reason, Refusal, Request, SerialNumber, State, Trouble,
 };

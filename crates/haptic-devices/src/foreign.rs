@@ -1,14 +1,17 @@
 //! Devices of other makers by name, and opening one.
 
-use crate::haply::{HaplyName, HaplyOpenError, HaplyPlane};
-use crate::inverse3::{Inverse3Name, Inverse3OpenError};
-use crate::moteus::{MoteusName, MoteusOpenError, MoteusTrouble};
-use crate::name::NameError;
+use crate::{
+    haply::{HaplyName, HaplyOpenError, HaplyPlane},
+    inverse3::{Inverse3Name, Inverse3OpenError},
+    moteus::{MoteusName, MoteusOpenError, MoteusTrouble},
+    name::NameError,
+};
 use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served, unless_stopped};
-use std::fmt;
-use std::str::FromStr;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::{
+    fmt,
+    str::FromStr,
+    sync::{Arc, atomic::AtomicBool},
+};
 use thiserror::Error;
 
 /// A device of another maker by name: `KIND:PATH[,key=value]…`.

@@ -8,7 +8,7 @@ use thiserror::Error;
 /// A device's name behind its kind: a path, which ends at the first comma, and settings by key, each given at most once.
 #[derive(Debug)]
 pub(crate) struct Settings<'a> {
-    pub(crate) path: &'a str,
+    pub path: &'a str,
     pairs: Vec<(&'a str, &'a str)>,
 }
 

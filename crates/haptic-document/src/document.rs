@@ -1,15 +1,20 @@
 //! A document: the text of a file, and values given over it by options, keywords or the fields of a form.
 
-use crate::error::{FileError, Source};
-use crate::parameters::Parameter;
-use crate::reader::{Part, Table, in_order};
-use haptic_quantity::parse_for_key;
-use haptic_quantity::short;
-use std::collections::BTreeMap;
-use std::fmt::Display;
-use std::path::{Path, PathBuf};
-use toml::Value;
-use toml::de::{DeTable, DeValue};
+use crate::{
+    error::{FileError, Source},
+    parameters::Parameter,
+    reader::{Part, Table, in_order},
+};
+use haptic_quantity::{parse_for_key, short};
+use std::{
+    collections::BTreeMap,
+    fmt::Display,
+    path::{Path, PathBuf},
+};
+use toml::{
+    Value,
+    de::{DeTable, DeValue},
+};
 
 /// Source text of an experiment or a question. Values given separately override the file.
 ///

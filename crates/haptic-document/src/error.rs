@@ -2,10 +2,12 @@
 
 use haptic_quantity::renamed;
 use measured_table::read_text;
-use std::collections::BTreeMap;
-use std::fmt;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    fmt,
+    ops::Range,
+    path::{Path, PathBuf},
+};
 
 /// An error in a document, with its place. It prints as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -111,12 +113,12 @@ impl std::error::Error for FileError {}
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source<'a> {
     /// Empty where there is no file.
-    pub(crate) path: &'a Path,
-    pub(crate) text: &'a str,
+    pub path: &'a Path,
+    pub text: &'a str,
     /// The words in which each line was given; empty for a file.
-    pub(crate) wording: &'a [String],
+    pub wording: &'a [String],
     /// Metadata from the log of this document's run.
-    pub(crate) logged: Option<&'a BTreeMap<String, String>>,
+    pub logged: Option<&'a BTreeMap<String, String>>,
 }
 
 impl Source<'_> {

@@ -2,9 +2,7 @@
 
 use crate::FileError;
 use haptic_quantity::renamed;
-use std::fmt;
-use std::io;
-use std::path::Path;
+use std::{fmt, io, path::Path};
 use thiserror::Error;
 
 /// A command that did not succeed: what kind of failure it is, and its [`Cause`]. If several apply,
@@ -43,6 +41,14 @@ pub enum Cause {
     /// The operating system refused this, which may have a name that somebody gave; advice, from its colon on, is a sentence.
     #[error("{0}{1}: {2}")]
     System(String, String, #[source] io::Error),
+}
+
+/// Bad input, in the words of a format string: [`Failure::bad_input`].
+#[macro_export]
+macro_rules! bad_input {
+    ($($words:tt)+) => {
+        $crate::Failure::bad_input(format_args!($($words)+))
+    };
 }
 
 impl Failure {

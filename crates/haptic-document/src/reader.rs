@@ -1,16 +1,21 @@
 //! A table of a document, read key by key, so that every refusal names the place of its value.
 
 use super::error::{FileError, Source};
-use crate::Named;
-use crate::parameters::{Parameter, Range, Value, in_degrees};
-use fracdiff::parameter::Shown;
-use fracdiff::{Order, Scheme, SchemeError};
+use crate::{
+    Named,
+    parameters::{Parameter, Range, Value, in_degrees},
+};
+use fracdiff::{Order, Scheme, SchemeError, parameter::Shown};
 use haptic_quantity::{did_you_mean, short};
-use std::fmt::Display;
-use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
-use toml::Spanned;
-use toml::de::{DeArray, DeTable, DeValue};
+use std::{
+    fmt::Display,
+    ops::RangeInclusive,
+    path::{Path, PathBuf},
+};
+use toml::{
+    Spanned,
+    de::{DeArray, DeTable, DeValue},
+};
 
 /// One table of a document, in its layers.
 #[derive(Debug)]

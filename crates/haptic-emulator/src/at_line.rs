@@ -1,15 +1,18 @@
 //! A device without hardware at the other end of a line: by the clock, or in the time of whoever serves it.
 
 use crate::{FaultyLine, LineDamage, LineFaults};
-use haptic_loop::LoopParameterError;
-use haptic_loop::realtime::Moment;
+use haptic_loop::{LoopParameterError, realtime::Moment};
 use haptic_remote::serial::{DeviceTime, Line};
-use std::collections::VecDeque;
-use std::fmt;
-use std::io::{self, ErrorKind, Read, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::{
+    collections::VecDeque,
+    fmt,
+    io::{self, ErrorKind, Read, Write},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 /// Longest wait of a read: the device advances at least once in this time.
 const PATIENCE: Duration = Duration::from_millis(1);

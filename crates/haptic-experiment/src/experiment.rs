@@ -14,11 +14,8 @@ pub(crate) mod trial;
 pub(crate) mod wall;
 
 use haptic_document::parameters::{KeyTable, ON_DEVICE};
-use haptic_judge::coupler as judged;
-use haptic_judge::rendering;
-use haptic_trial::keys;
-use haptic_trial::robot::ADMITTANCE;
-use haptic_trial::safety::keys::SAFETY;
+use haptic_judge::{coupler as judged, rendering};
+use haptic_trial::{keys, robot::ADMITTANCE, safety::keys::SAFETY};
 use kind::{Companion, Kind};
 pub use teleoperation::{End, FarReport, Terms};
 

@@ -7,9 +7,7 @@ pub(crate) mod warnings;
 
 pub use haptic_document::{Rows, rows};
 use haptic_judge::curves::Curves;
-use haptic_run::Ran;
-use haptic_run::folder::OutputFolder;
-use haptic_run::record::RunRecord;
+use haptic_run::{Ran, folder::OutputFolder, record::RunRecord};
 pub use report::{Report, RunReport};
 
 /// Origin of the force of a run: `simulated` without a link, or by a device that simulates its plant; `rendered` by a device's own record of

@@ -17,36 +17,41 @@ pub mod parameters;
 #[cfg(test)]
 mod tests;
 
-use crate::experiment;
-use crate::experiment::indentation::Indentation;
-use crate::experiment::kind::Experiment;
-use crate::experiment::press::{Press, PressRecord};
-use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
-use crate::judge::{Published, Report};
-use haptic_document::parameters::{
-    CONTROLLER, DEVICE, DEVICE_MODEL, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, Parameter, Value,
+use crate::{
+    experiment,
+    experiment::{
+        indentation::Indentation,
+        kind::Experiment,
+        press::{Press, PressRecord},
+        teleoperation::{End, FarReport, TeleoperationExperiment, Terms},
+    },
+    judge::{Published, Report},
 };
-use haptic_document::{Document, Failure, FileError, IN_LOG, Table, choice, parameters as p};
-use haptic_judge::modelled_tissue::TissuePiece;
-use haptic_judge::setup::Beside;
-use haptic_judge::tissue_table::piece;
+use haptic_document::{
+    Document, Failure, FileError, IN_LOG, Table, bad_input, choice, parameters as p,
+    parameters::{
+        CONTROLLER, DEVICE, DEVICE_MODEL, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, Parameter, Value,
+    },
+};
+use haptic_judge::{modelled_tissue::TissuePiece, setup::Beside, tissue_table::piece};
 use haptic_log::record::add_verdict;
 use haptic_message::TickMessage;
-use haptic_run::Supervisor;
-use haptic_run::Watched;
-use haptic_run::folder::FolderRequest;
-use haptic_run::schedule::Pace;
-use haptic_trial::device_table::{device_text, with_devices};
-use haptic_trial::tick::KeptSample;
+use haptic_run::{Supervisor, Watched, folder::FolderRequest, schedule::Pace};
+use haptic_trial::{
+    device_table::{device_text, with_devices},
+    tick::KeptSample,
+};
 use parameters::{
     ADMITTANCE_TABLE, AT_A_DEVICE, BESIDE, DEVICE_PLANT, DRIVE_TABLE, KINDS, QUESTIONS, of_kind,
     takes_device,
 };
-use std::any::Any;
-use std::collections::BTreeMap;
-use std::net::SocketAddr;
-use std::path::{Path, absolute};
-use std::time::Duration;
+use std::{
+    any::Any,
+    collections::BTreeMap,
+    net::SocketAddr,
+    path::{Path, absolute},
+    time::Duration,
+};
 
 /// The experiment that a file describes, all of its parameters checked.
 ///
@@ -258,11 +263,11 @@ impl ExperimentFile {
     /// An experiment that no pre-flight refuses.
     pub fn though_unstable(mut self) -> Result<Self, Failure> {
         if self.is_simulated() && !self.0.may_be_refused() {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "{FORCE_UNSTABLE} is for serial devices, drives and teleoperations: give {} or {} too",
                 DEVICE.set_to("serial:PATH"),
                 CONTROLLER.set_to("FILE.toml")
-            )));
+            ));
         }
         self.0.conduct_mut().force_unstable = true;
         Ok(self)

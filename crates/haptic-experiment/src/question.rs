@@ -6,30 +6,30 @@ pub(crate) mod measurement;
 pub(crate) mod zwidth;
 
 pub use calibration::{CalibrationReport, Calibrator, GRAVITY, Person};
-use haptic_document::Warn;
-use haptic_document::parameters::{ON_DEVICE, Parameter};
-use haptic_document::{Document, Failure};
-use haptic_question::analysis::{self, Analysis};
-use haptic_question::analysis::{Analysed, Drawn, Region};
-use haptic_question::bench::BENCH;
+use haptic_document::{
+    Document, Failure, Warn,
+    parameters::{ON_DEVICE, Parameter},
+};
 pub use haptic_question::design::coupler::CouplerAnswer;
-use haptic_question::design::coupler::CouplerDesign;
-use haptic_question::design::front::Front;
 pub use haptic_question::design::front::{FrontReport, FrontWall};
-use haptic_question::design::{self, DesignWish, WallDesign};
 pub use haptic_question::design::{Candidate, DesignReport};
-use haptic_question::zwidth::ZWIDTH;
 pub use haptic_question::zwidth::{BoundaryPoint, ZWidthReport};
-use haptic_run::document::read_document;
-use haptic_run::folder::OutputFolder;
+use haptic_question::{
+    analysis::{self, Analysed, Analysis, Drawn, Region},
+    bench::BENCH,
+    design::{self, DesignWish, WallDesign, coupler::CouplerDesign, front::Front},
+    zwidth::ZWIDTH,
+};
+use haptic_run::{document::read_document, folder::OutputFolder};
 use haptic_trial::device_table::with_devices;
 pub use machine_check::RtCheck;
 pub use measurement::{MeasureReport, Measurement};
 use serde::Serialize;
 use serde_json::Value;
-use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::{
+    path::Path,
+    sync::{Arc, atomic::AtomicBool},
+};
 use zwidth::ZWidthSearch;
 
 /// Names of the tables of all questions to a device.

@@ -24,29 +24,36 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
 
-use crate::preflight::softer;
-use crate::pushed_trial::{PushedTrial, six_digits};
-use crate::settling::Settling;
-use crate::setup::{Beside, TrialParts, TrialSetup, setup};
-use crate::tissue_table::scheme;
+use crate::{
+    preflight::softer,
+    pushed_trial::{PushedTrial, six_digits},
+    settling::Settling,
+    setup::{Beside, TrialParts, TrialSetup, setup},
+    tissue_table::scheme,
+};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LoopOperator,
 };
-use haptic_document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
-use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
-use haptic_document::parameters::{Parameter, joined};
-use haptic_document::{Failure, FileError, Table, parameters, parameters as p};
+use haptic_document::{
+    Failure, FileError, Table, bad_input, parameters, parameters as p,
+    parameters::{
+        COUPLER_DAMPING, COUPLER_SPRING, Parameter, joined,
+        range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES},
+    },
+};
 use haptic_link::LoopMode;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{
     Controller, Environment, OwnPush, VirtualCoupler, VirtualObject, deflection_order,
+    units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre},
 };
-use haptic_trial::advice::analysed;
-use haptic_trial::device_table::encoder_step;
-use haptic_trial::keys::trial::{TRIAL, TRIAL_LOOP};
-use haptic_trial::preflight::{CouplerVerdict, PreflightVerdict};
-use haptic_trial::samples::horizon;
+use haptic_trial::{
+    advice::analysed,
+    device_table::encoder_step,
+    keys::trial::{TRIAL, TRIAL_LOOP},
+    preflight::{CouplerVerdict, PreflightVerdict},
+    samples::horizon,
+};
 use nalgebra::Vector1;
 use serde_json::{Value, json};
 
@@ -144,10 +151,10 @@ impl CouplerTrial {
     /// Refuses a loop on a device, which cannot carry it.
     fn check_loop(&self) -> Result<(), Failure> {
         match self.setup.at_port {
-            Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
+            Some(LoopMode::Device) => Err(bad_input!(
                 "a loop on the device cannot run a coupler, as its firmware renders only walls: give {loop_host}",
                 loop_host = p::LOOP.set_to("host")
-            ))),
+            )),
             _ => Ok(()),
         }
     }

@@ -6,34 +6,42 @@
 //! ```
 //! A slab is held at a strain or under a stress, δ₀ = ε₀·h and F₀ = σ₀·A; any other piece at a depth or under a force.
 
-use crate::modelled_tissue::{ModelledTissue, Sampled, TissuePiece};
-use crate::reference::ReferenceWeights;
-use crate::rendering::{
-    CHANGES, CREEP_CONTACT, CREEP_DURATION, DEPTH, FORCE, IndenterContact, PIECE_DISSIPATION,
-    PIECE_ORDER, PIECE_STIFFNESS, PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING,
-    RIG_MASS, STRAIN, STRESS,
+use crate::{
+    modelled_tissue::{ModelledTissue, Sampled, TissuePiece},
+    reference::ReferenceWeights,
+    rendering::{
+        CHANGES, CREEP_CONTACT, CREEP_DURATION, DEPTH, FORCE, IndenterContact, PIECE_DISSIPATION,
+        PIECE_ORDER, PIECE_STIFFNESS, PRECISION, Precision, RAMP_TIME, RELAX_DURATION, RIG_DAMPING,
+        RIG_MASS, STRAIN, STRESS,
+    },
+    simulated_rig::{Massless, SimulatedRig},
+    tissue_table::{fits, piece, scheme},
 };
-use crate::simulated_rig::{Massless, SimulatedRig};
-use crate::tissue_table::{fits, piece, scheme};
 use fracdiff::{Operator, Real, Scheme, Seconds};
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::{CONTACT, Parameter, TISSUE};
-use haptic_document::{Failure, FileError, Table, parameters as p};
-use haptic_link::LoopMode;
-use haptic_loop::plant::{
-    ForceSensorConfig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive,
-    RigServo, Sensed,
+use haptic_document::{
+    Failure, FileError, Table, parameters as p,
+    parameters::{CONTACT, Parameter, TISSUE},
 };
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, SafetyLimits, SpringDamper};
+use haptic_link::LoopMode;
+use haptic_loop::{
+    Contact as OneSided, Controller, SafetyLimits, SpringDamper,
+    plant::{
+        ForceSensorConfig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact,
+        RigDrive, RigServo, Sensed,
+    },
+    units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond},
+};
 use haptic_tissue::{Library, MaterialError};
-use haptic_trial::Sensors;
-use haptic_trial::device_table::{device_model, force_sensor, samples_fit, sensors, without};
-use haptic_trial::ending::Ending;
-use haptic_trial::safe_chain::safe_chain;
-use haptic_trial::safety::{GuardedDevice, Safety, safety};
-use haptic_trial::samples::{SAMPLES, count};
-use haptic_trial::simulate::{SimulatedLoop, Sink, to_the_end};
+use haptic_trial::{
+    Sensors,
+    device_table::{device_model, force_sensor, samples_fit, sensors, without},
+    ending::Ending,
+    safe_chain::safe_chain,
+    safety::{GuardedDevice, Safety, safety},
+    samples::{SAMPLES, count},
+    simulate::{SimulatedLoop, Sink, to_the_end},
+};
 
 /// A one-sided virtual tissue that begins at 0.
 pub type VirtualTissue<F> = OneSided<F, SpringDamper<F, Operator<F>>, 1>;

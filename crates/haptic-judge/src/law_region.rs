@@ -8,21 +8,21 @@
 //! - *Between two laws* their own operators count. Two stable walls may have an unstable mix.
 //! - *Cost*: milliseconds, up to seconds beside a border. The search for a part takes seven proofs.
 
-use crate::modelled_tissue::TissuePiece;
-use crate::preflight::Preflight;
-use crate::wall::WallTrial;
-use fracdiff::Scheme;
-use fracdiff::full_memory::Kernel;
-use fracdiff::parameter::Shown;
+use crate::{modelled_tissue::TissuePiece, preflight::Preflight, wall::WallTrial};
+use fracdiff::{Scheme, full_memory::Kernel, parameter::Shown};
 use haptic_analysis::{
     Dynamics, LawElements, LawSet, LoopOperator, PotRange, SampledWall, SetVerdict, prove_laws,
 };
-use haptic_document::Failure;
-use haptic_document::parameters::{Parameter, SCHEME};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{Parameter, SCHEME},
+};
 use haptic_quantity::digits;
 use haptic_tissue::ModelKind;
-use haptic_trial::advice::analysed;
-use haptic_trial::keys::wall::{DISSIPATION, ORDER, STIFFNESS};
+use haptic_trial::{
+    advice::analysed,
+    keys::wall::{DISSIPATION, ORDER, STIFFNESS},
+};
 
 /// Halvings in the search for the largest part.
 const HALVINGS: u32 = 7;
@@ -134,11 +134,11 @@ impl LawRegion {
                 ..
             } = corner.scheme
             else {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "a region is proved for {}, not for {}: omit it, or allow each law alone",
                     SCHEME.set_to("full"),
                     corner.scheme
-                )));
+                ));
             };
         }
         let [(kind, least), (other, most)] = [numbers(low), numbers(high)];
@@ -187,10 +187,10 @@ impl LawRegion {
         }
         let (mut good, mut bad) = (0.0, 1.0);
         if !holds(0.0)? {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "not all of this region is proved stable, nor its soft end with these orders ({}): give fewer orders, or softer laws",
                 self.words()
-            )));
+            ));
         }
         for _ in 0..HALVINGS {
             let middle = 0.5 * (good + bad);
@@ -201,10 +201,10 @@ impl LawRegion {
             let share = if is_order { 1.0 } else { good };
             (name, [least, least + share * (most - least)])
         });
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "not all of this region is proved stable, free and in a hand: {} is",
             words(part)
-        )))
+        ))
     }
 
     /// True of a law within it; the nearest that is, in words, of another one of its kind, with how far it is away; `None` of another kind.
@@ -265,14 +265,13 @@ pub fn prove_mix(laws: [&Preflight<'_>; 2], devices: &[Dynamics]) -> Result<(), 
 
 #[cfg(test)]
 mod tests {
-    use crate::law_region::*;
-    use crate::setup::TrialSetup;
-    use crate::trial::TrialPlan;
+    use crate::{law_region::*, setup::TrialSetup, trial::TrialPlan};
     use fracdiff::{Channel, Order, Seconds};
-    use haptic_loop::plant::MassDamperConfig;
-    use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-    use haptic_trial::Sensors;
-    use haptic_trial::in_hand::law::HORIZON;
+    use haptic_loop::{
+        plant::MassDamperConfig,
+        units::{Kilograms, NewtonSecondsPerMetre},
+    };
+    use haptic_trial::{Sensors, in_hand::law::HORIZON};
     use testkit::{Random, assert_refused, assert_says};
 
     const T: Seconds = Seconds(1e-3);

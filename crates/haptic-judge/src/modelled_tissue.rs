@@ -3,20 +3,23 @@
 //!
 //! `shape` is γ of a specimen, m: the force of a piece for a depth, N for m. With 1 it is the stress for a strain.
 
-use crate::reference;
-use crate::reference::ReferenceWeights;
-use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
-use fracdiff::num_complex::Complex;
-use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
+use crate::{reference, reference::ReferenceWeights};
 use fracdiff::{
     Channel, Differintegrator as _, FullMemory, Operator, Order, Real, Scheme, SchemeError,
     Seconds, ShortQuotient,
+    full_memory::{Design, HORIZON_MIN, Kernel},
+    num_complex::Complex,
+    scheme::{FULL_MODES, FULL_TAPS},
 };
 use haptic_analysis::{AnalysisError, LoopOperator};
-use haptic_document::Failure;
-use haptic_document::parameters::{AREA, SCHEME, THICKNESS};
-use haptic_loop::units::{Metres, Pascals};
-use haptic_loop::{DepthMap, Loading, LoadingKind, LoopParameterError, Specimen, Tissue};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{AREA, SCHEME, THICKNESS},
+};
+use haptic_loop::{
+    DepthMap, Loading, LoadingKind, LoopParameterError, Specimen, Tissue,
+    units::{Metres, Pascals},
+};
 use haptic_quantity::digits;
 use haptic_tissue::{FullHistory, Material, Model, SampledModel};
 use haptic_trial::samples::horizon;
@@ -438,11 +441,11 @@ fn design(
         tolerance,
     } = scheme
     else {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "scheme {scheme} makes one spring-pot, not a model with more elements: use {scheme_full}, or a short memory, as in {short}",
             scheme_full = SCHEME.set_to("full"),
             short = SCHEME.set_to("grunwald:1000")
-        )));
+        ));
     };
     sampled
         .design(tolerance, horizon.max(HORIZON_MIN))
@@ -560,8 +563,7 @@ fn creep(model: &Model, stress_pa: f64, time_s: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::compared::relative_error;
-    use crate::modelled_tissue::*;
+    use crate::{compared::relative_error, modelled_tissue::*};
     use haptic_tissue::{ModelKind, Source};
     use std::path::Path;
 

@@ -9,10 +9,8 @@ use fracdiff::{FrequencyResponse as _, Order};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
 use haptic_analysis::{LoopOperator, NoiseGain};
 use haptic_document::Failure;
-use haptic_trial::ControllerFile;
-use haptic_trial::advice::refused;
-use std::fmt::Debug;
-use std::path::Path;
+use haptic_trial::{ControllerFile, advice::refused};
+use std::{fmt::Debug, path::Path};
 
 /// Weights of which the noise is summed.
 const WEIGHTS: u64 = 4096;

@@ -1,9 +1,9 @@
 //! A controller as the law of a trial, whatever its type.
 
-use crate::controller_holder::ControllerHolder;
-use crate::position_controller::PositionController;
-use crate::settling::Judge;
-use crate::trial::TrialPlan;
+use crate::{
+    controller_holder::ControllerHolder, position_controller::PositionController, settling::Judge,
+    trial::TrialPlan,
+};
 use fractional_control::ControlError;
 use haptic_loop::Environment;
 use nalgebra::Vector1;

@@ -16,20 +16,23 @@
 //!   rounded up to whole samples, since the device writes once a sample. The current lag of the motor likewise.
 //! - *Margin*: the factor on K and B together that takes the loop to the edge of stability.
 
-use crate::modelled_tissue::{TissuePiece, loop_operator, memory, operator};
-use crate::reference;
-use crate::reference::{ReferenceSeries, ReferenceWeights};
-use fracdiff::num_complex::Complex;
-use fracdiff::{FrequencyResponse as _, Operator, Order, Real, Scheme, Seconds};
+use crate::{
+    modelled_tissue::{TissuePiece, loop_operator, memory, operator},
+    reference,
+    reference::{ReferenceSeries, ReferenceWeights},
+};
+use fracdiff::{
+    FrequencyResponse as _, Operator, Order, Real, Scheme, Seconds, num_complex::Complex,
+};
 use haptic_analysis::{AnalysisError, Dynamics, LoopOperator, SampledLoop, SampledWall};
-use haptic_document::{Failure, Named};
+use haptic_document::{Failure, Named, bad_input};
 use haptic_loop::DepthMap;
 use haptic_tissue::Model;
-use haptic_trial::advice::analysed;
-use haptic_trial::preflight::{EVERY_MOTION, NO_ENERGY, NOT_PROVED, PreflightVerdict};
-use haptic_trial::samples::Before;
-use haptic_trial::samples::Samples;
-use haptic_trial::samples::horizon;
+use haptic_trial::{
+    advice::analysed,
+    preflight::{EVERY_MOTION, NO_ENERGY, NOT_PROVED, PreflightVerdict},
+    samples::{Before, Samples, horizon},
+};
 use serde::Serialize;
 
 /// Touched matter: a piece of tissue, or K + B·D^μ.
@@ -312,8 +315,7 @@ impl Preflight<'_> {
         every_motion: bool,
     ) -> Result<PreflightVerdict, Failure> {
         let operator = self.loop_operator();
-        let operator =
-            operator.map_err(|error| Failure::bad_input(format_args!("pre-flight: {error}")))?;
+        let operator = operator.map_err(|error| bad_input!("pre-flight: {error}"))?;
         self.judge(dynamics, line, &operator, every_motion)
             .map_err(analysed)
     }

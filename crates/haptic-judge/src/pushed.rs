@@ -14,30 +14,35 @@
 //! - *At ports* each device has a chain and a thread of its own, see `haptic-run`; the second may only push
 //!   within its lasting limits of force, workspace and speed.
 
-use crate::robot::PushedRobot;
-use crate::trial::{TrialPlan, force_and_rate};
-use fracdiff::parameter::Shown;
-use haptic_document::parameters::Parameter;
-use haptic_document::{Failure, FileError, Table, parameters as p};
-use haptic_link::LoopMode;
-use haptic_loop::plant::{
-    FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig, Sensed,
+use crate::{
+    robot::PushedRobot,
+    trial::{TrialPlan, force_and_rate},
 };
-use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
+use fracdiff::parameter::Shown;
+use haptic_document::{Failure, FileError, Table, parameters as p, parameters::Parameter};
+use haptic_link::LoopMode;
 use haptic_loop::{
     Controller, Device, Environment, Reading, SafeForce, SafetyChain, SafetyLimits, SafetyState,
+    plant::{
+        FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamper, MassDamperConfig,
+        Sensed,
+    },
+    units::{NewtonSecondsPerMetre, NewtonsPerMetre, Seconds},
 };
 use haptic_message::TickMessage;
-use haptic_trial::advice::parameter;
-use haptic_trial::device_table::device_model_by;
-use haptic_trial::ending::Ending;
-use haptic_trial::keys::drive::{CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT};
-use haptic_trial::keys::trial::{IMPACT, PUSH};
-use haptic_trial::safe_chain::safe_chain;
-use haptic_trial::safety::{GuardChoice, Safety};
-use haptic_trial::simulate::World;
-use haptic_trial::simulate::{Instrumented, SimulatedLoop};
-use haptic_trial::{DeviceModel, Sensors};
+use haptic_trial::{
+    DeviceModel, Sensors,
+    advice::parameter,
+    device_table::device_model_by,
+    ending::Ending,
+    keys::{
+        drive::{CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE_FORCE_LIMIT},
+        trial::{IMPACT, PUSH},
+    },
+    safe_chain::safe_chain,
+    safety::{GuardChoice, Safety},
+    simulate::{Instrumented, SimulatedLoop, World},
+};
 use nalgebra::Vector1;
 use std::convert::Infallible;
 

@@ -1,11 +1,12 @@
 //! A law that a pushed device feels, tried in virtual time: what a wall and a coupler share.
 
-use crate::settling::{Settling, TrialVerdict};
-use crate::setup::{TrialParts, TrialSetup};
+use crate::{
+    settling::{Settling, TrialVerdict},
+    setup::{TrialParts, TrialSetup},
+};
 use fracdiff::{Order, Scheme};
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::parameters::Parameter;
+use haptic_document::{Failure, parameters::Parameter};
 use haptic_loop::Environment;
 use haptic_quantity::written;
 use haptic_trial::preflight::PreflightVerdict;

@@ -3,13 +3,12 @@
 //! A run that is kept whole has it whole, by exact sums. A long one has it sample by sample, by an operator
 //! with full memory whose weights are right to a tolerance of [`TOLERANCE`].
 
-use fracdiff::batch::Batch;
-use fracdiff::full_memory::Kernel;
-use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
+use fracdiff::{Channel, Operator, Order, Scheme, Seconds, batch::Batch, full_memory::Kernel};
 use haptic_document::Failure;
-use haptic_trial::samples::Before;
-use haptic_trial::samples::Samples;
-use haptic_trial::tick::KeptSample;
+use haptic_trial::{
+    samples::{Before, Samples},
+    tick::KeptSample,
+};
 
 /// Largest relative error of any weight of an operator that stands for the full history.
 pub const TOLERANCE: f64 = 1e-9;

@@ -1,11 +1,15 @@
 //! Keys of relaxation and creep: the load, the operator that renders the tissue, and the rig it is rendered on.
 
-use haptic_document::parameters::range::{
-    DAMPINGS, DISSIPATIONS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, SHARES,
-    STIFFNESSES, STRAINS, STRESSES,
+use haptic_document::{
+    named, parameters, parameters as p,
+    parameters::{
+        KeyTable, ON_DEVICE, Parameter, joined,
+        range::{
+            DAMPINGS, DISSIPATIONS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, SHARES,
+            STIFFNESSES, STRAINS, STRESSES,
+        },
+    },
 };
-use haptic_document::parameters::{KeyTable, ON_DEVICE, Parameter, joined};
-use haptic_document::{named, parameters, parameters as p};
 use haptic_trial::safety::keys::SAFETY;
 use serde::Serialize;
 

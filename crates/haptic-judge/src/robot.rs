@@ -12,12 +12,13 @@
 
 use haptic_analysis::{AdmittanceWorld, BoxVerdict, HandImpedance};
 use haptic_document::Failure;
-use haptic_loop::plant::SimulatedRobot;
-use haptic_loop::{Admittance, Device, Fault, Limiters, Reading, SafeForce};
+use haptic_loop::{Admittance, Device, Fault, Limiters, Reading, SafeForce, plant::SimulatedRobot};
 use haptic_message::TickMessage;
-use haptic_trial::ending::Ending;
-use haptic_trial::preflight::{PreflightVerdict, RobotVerdict};
-use haptic_trial::robot::{BodyOperator, RobotModel};
+use haptic_trial::{
+    ending::Ending,
+    preflight::{PreflightVerdict, RobotVerdict},
+    robot::{BodyOperator, RobotModel},
+};
 use std::convert::Infallible;
 
 /// Factors on walls that are looked for, and on bodies.
@@ -189,15 +190,18 @@ impl Device<f64, 1> for PushedRobot {
 
 #[cfg(test)]
 mod tests {
-    use crate::pushed_trial::PushedTrial as _;
-    use crate::settling::TrialVerdict;
-    use crate::setup::Beside;
-    use crate::wall::{WallTrial, wall};
+    use crate::{
+        pushed_trial::PushedTrial as _,
+        settling::TrialVerdict,
+        setup::Beside,
+        wall::{WallTrial, wall},
+    };
     use haptic_document::{Document, FileError};
-    use haptic_trial::keys::admittance::ADMITTANCE_TABLE;
-    use haptic_trial::keys::wall::WALL_TABLES;
-    use haptic_trial::preflight::PreflightVerdict;
-    use haptic_trial::robot::ADMITTANCE;
+    use haptic_trial::{
+        keys::{admittance::ADMITTANCE_TABLE, wall::WALL_TABLES},
+        preflight::PreflightVerdict,
+        robot::ADMITTANCE,
+    };
     use std::path::Path;
 
     /// A wall of 1 kN/m on a robot of 10 Hz and 4 ms, with further lines of `[wall]` and the body and hands of `[admittance]`.

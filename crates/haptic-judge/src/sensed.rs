@@ -11,8 +11,10 @@
 //! - *Cost*: some twenty operations a sample.
 
 use haptic_quantity::written;
-use haptic_trial::sensor_offset::{OFFSET_SAMPLES, SensorOffset, Tare};
-use haptic_trial::tick::KeptSample;
+use haptic_trial::{
+    sensor_offset::{OFFSET_SAMPLES, SensorOffset, Tare},
+    tick::KeptSample,
+};
 use serde_json::{Value, json};
 
 /// Share of the largest sensed force up to which a drift is not worth a sentence.

@@ -31,8 +31,10 @@
 
 use crate::swings::{Swings, Taps};
 use haptic_document::named;
-use haptic_trial::ending::{AT_LIMIT, Ending, MotorPush};
-use haptic_trial::tap::TappedLaw;
+use haptic_trial::{
+    ending::{AT_LIMIT, Ending, MotorPush},
+    tap::TappedLaw,
+};
 use serde::Serialize;
 
 /// Time for which the force may be at its limit, s, in any run: a share of it would allow a longer one more.

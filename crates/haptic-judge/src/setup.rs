@@ -1,24 +1,28 @@
 //! All of a trial on a pushed device but the law that it feels: what a wall and a coupler share.
 
-use crate::pushed::{Pushed, SecondDevice, second};
-use crate::robot::PushedRobot;
-use crate::settling::{Criterion, Judge, Settling};
-use crate::trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan, thrown, try_out};
+use crate::{
+    pushed::{Pushed, SecondDevice, second},
+    robot::PushedRobot,
+    settling::{Criterion, Judge, Settling},
+    trial::{TRIAL_SAMPLES, TrialPlan, force_and_rate, plan, thrown, try_out},
+};
 use fracdiff::parameter::Shown;
 use haptic_analysis::{Dynamics, HandImpedance};
 use haptic_document::{Failure, FileError, Table, parameters as p};
 use haptic_link::LoopMode;
-use haptic_loop::plant::{MassDamperConfig, Sensed};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
-use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
-use haptic_trial::device_table::dynamics;
-use haptic_trial::device_table::{device, device_model, encoder_step, robot, samples_fit};
-use haptic_trial::keys::trial::{IMPACT, PushBy, TRIAL_FORCE_RATE_LIMIT};
-use haptic_trial::robot::RobotModel;
-use haptic_trial::safe_chain::safe_chain;
-use haptic_trial::safety::keys::GUARD;
-use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, safety};
-use haptic_trial::{DeviceModel, Sensors};
+use haptic_loop::{
+    Controller, Environment, SafetyChain, SafetyLimits,
+    plant::{MassDamperConfig, Sensed},
+    units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds},
+};
+use haptic_trial::{
+    DeviceModel, Sensors,
+    device_table::{device, device_model, dynamics, encoder_step, robot, samples_fit},
+    keys::trial::{IMPACT, PushBy, TRIAL_FORCE_RATE_LIMIT},
+    robot::RobotModel,
+    safe_chain::safe_chain,
+    safety::{GuardChoice, GuardedDevice, Safety, keys::GUARD, safety},
+};
 use std::sync::Arc;
 
 /// All of an experiment on a pushed device but the law that it feels.

@@ -1,10 +1,11 @@
 //! The rig of a relaxation or creep test in virtual time: two actuators that face each other, or the tissue alone.
 
-use crate::controller_holder::ControllerHolder;
-use crate::modelled_tissue::Sampled;
+use crate::{controller_holder::ControllerHolder, modelled_tissue::Sampled};
 use fracdiff::{Real, Seconds};
-use haptic_loop::plant::{FacingSide, HeldRig, IndentationRig};
-use haptic_loop::{DepthMap, Device, Reading, SafeForce};
+use haptic_loop::{
+    DepthMap, Device, Reading, SafeForce,
+    plant::{FacingSide, HeldRig, IndentationRig},
+};
 use haptic_message::TickMessage;
 use haptic_trial::simulate::Instrumented;
 use nalgebra::SVector;

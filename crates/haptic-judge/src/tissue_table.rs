@@ -1,10 +1,8 @@
 //! A piece of tissue, and the operator of a law, as the keys of any table give them.
 
 use crate::modelled_tissue::{ModelledTissue, TissuePiece, operator};
-use fracdiff::parameter::Shown;
-use fracdiff::{Order, Scheme, Seconds};
-use haptic_document::parameters::Parameter;
-use haptic_document::{FileError, Table, parameters as p};
+use fracdiff::{Order, Scheme, Seconds, parameter::Shown};
+use haptic_document::{FileError, Table, parameters as p, parameters::Parameter};
 use haptic_loop::{Loading, LoadingKind, LoopParameterError};
 use haptic_quantity::label;
 use haptic_tissue::{Library, Material, Model};

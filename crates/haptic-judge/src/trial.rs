@@ -3,29 +3,30 @@
 //! The device arrives from free flight: at time 0 it is at the wall with the speed of the impact, and the
 //! wall remembers nothing. From then on the push acts.
 
-use crate::preflight::WallContact;
-use crate::settling::{Criterion, Judge, Settling, Tolerance, TrialScales};
-use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_document::parameters::{PUSH_BY, TRIAL_DURATION};
-use haptic_document::{Failure, FileError, Named, Table};
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use crate::{
+    preflight::WallContact,
+    settling::{Criterion, Judge, Settling, Tolerance, TrialScales},
+};
+use fracdiff::{Operator, Order, Scheme, Seconds, parameter::Shown};
+use haptic_document::{
+    Failure, FileError, Named, Table, bad_input,
+    parameters::{PUSH_BY, TRIAL_DURATION},
+};
 use haptic_loop::{
     Controller, Device, Environment, LoopParameterError, LoopSample, Reading, SafeForce,
     SafetyChain, SafetyLimits, Wall,
+    plant::{MassDamper, MassDamperConfig},
+    units::{Metres, Newtons, NewtonsPerSecond},
 };
-use haptic_trial::advice::parameter;
-use haptic_trial::device_table::without;
-use haptic_trial::ending::MotorPush;
-use haptic_trial::keys::trial::{
-    CRITERION, IMPACT, PUSH, PushBy, THRESHOLD, TRIAL_FORCE_LIMIT, WINDOW,
+use haptic_trial::{
+    advice::parameter,
+    device_table::without,
+    ending::MotorPush,
+    keys::trial::{CRITERION, IMPACT, PUSH, PushBy, THRESHOLD, TRIAL_FORCE_LIMIT, WINDOW},
+    tap::TappedLaw,
 };
-use haptic_trial::tap::TappedLaw;
 use nalgebra::{SVector, Vector1};
-use std::convert::Infallible;
-use std::fmt::Debug;
-use std::ops::RangeInclusive;
+use std::{convert::Infallible, fmt::Debug, ops::RangeInclusive};
 
 /// A wall at the device's start position.
 pub type VirtualWall = Wall<f64, Operator<f64>>;
@@ -147,26 +148,26 @@ impl TrialPlan {
         let t = sample_time.0;
         let samples = haptic_trial::samples::count(self.duration_s, t, &TRIAL_SAMPLES)?;
         if !(self.window_s >= 10.0 * t && self.window_s <= self.duration_s) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "window {} s is not in [{}, {}] s, from ten samples to the whole run: change {WINDOW} or {TRIAL_DURATION}",
                 Shown(self.window_s),
                 Shown(10.0 * t),
                 Shown(self.duration_s)
-            )));
+            ));
         }
         if !(self.push_n > 0.0 && self.push_n < self.force_limit_n) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "push {} N is not above 0 N and below the force limit of {} N: change one of them",
                 Shown(self.push_n),
                 Shown(self.force_limit_n)
-            )));
+            ));
         }
         let impacts = IMPACT.range();
         if !impacts.contains(self.impact_m_per_s) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "impact {} m/s is not {impacts} m/s: change it; 0.1 m/s is usual",
                 Shown(self.impact_m_per_s)
-            )));
+            ));
         }
         Ok(samples)
     }

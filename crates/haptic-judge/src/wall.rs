@@ -1,30 +1,35 @@
 //! A wall that a device hits and is pushed into.
 
-use crate::modelled_tissue::TissuePiece;
-use crate::position_controller::PositionController;
-use crate::position_law::PositionLaw;
-use crate::preflight::{Preflight, WallContact};
-use crate::pushed_trial::{PushedTrial, six_digits};
-use crate::robot;
-use crate::settling::Settling;
-use crate::setup::{Beside, TrialParts, TrialSetup, setup};
-use crate::tissue_table::{linear_piece, scheme};
-use crate::trial::{VirtualWall, thrown, wall_at_start};
+use crate::{
+    modelled_tissue::TissuePiece,
+    position_controller::PositionController,
+    position_law::PositionLaw,
+    preflight::{Preflight, WallContact},
+    pushed_trial::{PushedTrial, six_digits},
+    robot,
+    settling::Settling,
+    setup::{Beside, TrialParts, TrialSetup, setup},
+    tissue_table::{linear_piece, scheme},
+    trial::{VirtualWall, thrown, wall_at_start},
+};
 use fracdiff::{Differintegrator as _, FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_analysis::{AdmittanceWorld, Dynamics};
-use haptic_document::parameters::{LOOP, Parameter, UNNAMED_PIECE};
-use haptic_document::{Failure, FileError, Table};
-use haptic_link::LoopMode;
-use haptic_loop::plant::run_wall;
-use haptic_loop::{Controller, Limit, OwnPush, Pushing};
-use haptic_tissue::Model;
-use haptic_trial::GuardChoice;
-use haptic_trial::device_table::encoder_step;
-use haptic_trial::keys::wall::{
-    DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_TISSUE,
+use haptic_document::{
+    Failure, FileError, Table, bad_input,
+    parameters::{LOOP, Parameter, UNNAMED_PIECE},
 };
-use haptic_trial::preflight::PreflightVerdict;
-use haptic_trial::tap::TappedLaw;
+use haptic_link::LoopMode;
+use haptic_loop::{Controller, Limit, OwnPush, Pushing, plant::run_wall};
+use haptic_tissue::Model;
+use haptic_trial::{
+    GuardChoice,
+    device_table::encoder_step,
+    keys::wall::{
+        DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_TISSUE,
+    },
+    preflight::PreflightVerdict,
+    tap::TappedLaw,
+};
 use serde_json::{Value, json};
 
 /// A wall on a device that hits it and is pushed into it.
@@ -334,10 +339,10 @@ impl PushedTrial for WallTrial {
     fn parts(&self) -> Result<TrialParts<Self::Law>, Failure> {
         let t = self.setup.device.sample_time;
         if self.order.get() < 0.0 {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "order {} is not in [0, 2]: a wall has no integral",
                 self.order
-            )));
+            ));
         }
         let plan = self.setup.plan();
         let samples = plan.samples(t)?;

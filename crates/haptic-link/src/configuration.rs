@@ -2,13 +2,15 @@
 
 #[cfg(feature = "controllers")]
 use crate::controller::ControllerLaw;
-use crate::frame::{CRC, Table, written};
-use crate::in_order::{Blank, blank, in_order};
-use crate::limits::{Field, Limits, LoopMode};
 #[cfg(feature = "controllers")]
 use crate::sample::AXES_MAX;
 #[cfg(feature = "several-axes")]
 use crate::surface::SurfaceShape;
+use crate::{
+    frame::{CRC, Table, written},
+    in_order::{Blank, blank, in_order},
+    limits::{Field, Limits, LoopMode},
+};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 

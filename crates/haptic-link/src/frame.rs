@@ -17,8 +17,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use postcard::ser_flavors::Flavor;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::{Serialize, de::DeserializeOwned};
 
 /// Version of the protocol: the low seven bits of the first byte of a frame.
 pub const PROTOCOL_VERSION: u8 = 2;

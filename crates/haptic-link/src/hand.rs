@@ -3,8 +3,7 @@
 
 use crate::report::MessageKey;
 use haptic_loop::enumerated;
-use postcard_schema::Schema;
-use postcard_schema::key::Key;
+use postcard_schema::{Schema, key::Key};
 use serde::{Deserialize, Serialize};
 
 /// A message from one side to the other.

@@ -2,10 +2,11 @@
 //! a way out after each field, 28 B of code; this one reads all, and reports an error at the end. Fields in order only, as
 //! postcard has them.
 
-use core::fmt;
-use core::marker::PhantomData;
-use serde::Deserialize;
-use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+use core::{fmt, marker::PhantomData};
+use serde::{
+    Deserialize,
+    de::{Deserializer, Error, SeqAccess, Visitor},
+};
 
 /// A value in place of one that is missing; nobody sees it.
 pub(crate) trait Blank {

@@ -1,13 +1,17 @@
 //! One key for each message: a hash of its definition. A host compares those of the messages that it uses.
 
-use crate::report::{COMMON_REPORTS, DeviceReport, KEYS_MAX, Keys, MessageKey, REPORTS};
 #[cfg(feature = "controllers")]
 use crate::request::CONTROLLER_REQUESTS;
-use crate::request::{AXES_REQUESTS, ONE_AXIS_REQUESTS, REQUESTS, Request};
+use crate::{
+    report::{COMMON_REPORTS, DeviceReport, KEYS_MAX, Keys, MessageKey, REPORTS},
+    request::{AXES_REQUESTS, ONE_AXIS_REQUESTS, REQUESTS, Request},
+};
 use core::ops::Range;
-use postcard_schema::Schema;
-use postcard_schema::key::Key;
-use postcard_schema::schema::{DataModelType, NamedType, NamedVariant};
+use postcard_schema::{
+    Schema,
+    key::Key,
+    schema::{DataModelType, NamedType, NamedVariant},
+};
 
 /// Keys of the requests in this version of the crate.
 #[cfg(not(feature = "controllers"))]

@@ -1,17 +1,17 @@
 //! Messages of a device to its host: what it is, how it is, what happens to it.
 
-use crate::configuration::{CoefficientBlock, Configuration};
 #[cfg(feature = "controllers")]
 use crate::controller::ControllerCost;
-use crate::limits::Field;
-use crate::sample::{Flight, Sample, SampleBatch};
-use crate::serial_number::SerialNumber;
+use crate::{
+    configuration::{CoefficientBlock, Configuration},
+    limits::Field,
+    sample::{Flight, Sample, SampleBatch},
+    serial_number::SerialNumber,
+};
 use haptic_loop::enumerated;
 use heapless::Vec;
-use postcard_schema::Schema;
-use postcard_schema::schema::NamedType;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use postcard_schema::{Schema, schema::NamedType};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 
 /// A message from device to host. The number of a variant is its first byte on the wire, from 0.
 /// New variants are added at the end.

@@ -2,12 +2,14 @@
 
 #[cfg(feature = "controllers")]
 use crate::configuration::WorkspaceBox;
-use crate::configuration::{CoefficientBlock, Configuration};
 #[cfg(feature = "controllers")]
 use crate::controller::ControllerLaw;
-use crate::sample::AXES_MAX;
 #[cfg(feature = "several-axes")]
 use crate::surface::SurfaceShape;
+use crate::{
+    configuration::{CoefficientBlock, Configuration},
+    sample::AXES_MAX,
+};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};

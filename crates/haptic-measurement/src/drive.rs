@@ -2,14 +2,18 @@
 
 use crate::{HELD, MEASURE_BOX, MEASURE_FORCE_LIMIT, MeasurePlan, MotionRecord};
 use haptic_document::Failure;
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::Seconds;
-use haptic_loop::{Controller, Device, Environment, Fault, LoopParameterError, SafetyChain};
+use haptic_loop::{
+    Controller, Device, Environment, Fault, LoopParameterError, SafetyChain,
+    plant::{MassDamper, MassDamperConfig},
+    units::Seconds,
+};
 use haptic_quantity::{digits, written};
 use haptic_trial::Sensors;
 use nalgebra::{SVector, Vector1};
-use std::f64::consts::{PI, TAU};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::{
+    f64::consts::{PI, TAU},
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 /// End of a measurement that somebody stopped, in words.
 pub const INTERRUPTED: &str = "interrupted: the force is zero, nothing was written";

@@ -8,12 +8,12 @@
 //! Smoothing both sides alike leaves the equation as it is, but for the sign. D′, half a sample of the hold, the delay and the lag together, is
 //! the one of a grid of half samples that leaves least. Velocities near zero are omitted. Then least squares over pieces from several lags.
 
-use crate::fit::{
-    DELAY_MAX, Fit, Fitted, GOES_ON, Model, NO_LAG, Number, Replay, SIDES, Spread, State, goes_on,
-    lag_of_square, square,
-};
 use crate::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MotionRecord,
+    fit::{
+        DELAY_MAX, Fit, Fitted, GOES_ON, Model, NO_LAG, Number, Replay, SIDES, Spread, State,
+        goes_on, lag_of_square, square,
+    },
 };
 use haptic_document::{Interval, parameters as p};
 use haptic_trial::plant_file::{DeviceModel, DeviceValues};

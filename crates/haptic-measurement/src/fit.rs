@@ -20,14 +20,15 @@
 //! ```
 
 use crate::MotionRecord;
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{
-    Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Seconds,
+use haptic_loop::{
+    LoopParameterError, SafeForce, SafetyChain, SafetyState,
+    plant::{MassDamper, MassDamperConfig},
+    units::{
+        Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Seconds,
+    },
 };
-use haptic_loop::{LoopParameterError, SafeForce, SafetyChain, SafetyState};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn, Vector1};
+use nalgebra::{DMatrix, DVector, Dyn, Vector1, storage::Owned};
 use std::ops::Range;
 
 /// Gauss–Newton steps for the states.
@@ -101,13 +102,13 @@ struct Solved {
 /// The end of the search.
 #[derive(Clone, Debug)]
 pub(super) struct Fitted {
-    pub(crate) model: Model,
+    pub model: Model,
     /// Model less record, m; 0 where a sample is missing.
-    pub(crate) left: Vec<f64>,
+    pub left: Vec<f64>,
     /// Slopes of the residuals over the numbers, a row for each number, without what the states at the starts can make.
     slopes: Vec<Vec<f64>>,
     pieces: Vec<Range<usize>>,
-    pub(crate) numbers: &'static [Number],
+    pub numbers: &'static [Number],
 }
 
 impl<'a> Fit<'a> {
@@ -399,14 +400,14 @@ pub(super) const NO_LAG: f64 = 1e-4;
 /// Numbers of the model, in SI units; the delay and the lag in samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Model {
-    pub(crate) mass: f64,
-    pub(crate) damping: f64,
-    pub(crate) friction: f64,
-    pub(crate) bias: f64,
-    pub(crate) delay: f64,
+    pub mass: f64,
+    pub damping: f64,
+    pub friction: f64,
+    pub bias: f64,
+    pub delay: f64,
     /// A negative one stands for the motion that is as far from that without lag, on its other side.
-    pub(crate) lag: f64,
-    pub(crate) stiffness: f64,
+    pub lag: f64,
+    pub stiffness: f64,
 }
 
 impl Model {
@@ -434,9 +435,9 @@ pub(super) struct Replay {
     sample_time: f64,
     forces: Vec<SafeForce<f64, 1>>,
     /// Steps of a sample, each with a friction of its own.
-    pub(crate) parts: u32,
+    pub parts: u32,
     /// First tick of each piece; the last ends with the record.
-    pub(crate) starts: Vec<usize>,
+    pub starts: Vec<usize>,
 }
 
 impl Replay {
@@ -600,8 +601,7 @@ fn products(fitted: &Fitted, range: Range<usize>) -> DMatrix<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::fit::NUMBERS;
-    use crate::fit::*;
+    use crate::fit::{NUMBERS, *};
     use testkit::Random;
 
     const PIECES: usize = 12;

@@ -10,14 +10,17 @@ pub mod robot;
 #[cfg(test)]
 mod tests;
 
-use haptic_document::parameters::Parameter;
-use haptic_document::parameters::SIMULATED;
-use haptic_document::parameters::range::Range;
-use haptic_document::parameters::{DEVICE, MAX_AGE_TICKS, SAMPLE_TIME, WATCHDOG};
-use haptic_document::{FileError, Named, Table, parameters};
+use haptic_document::{
+    FileError, Named, Table, parameters,
+    parameters::{
+        DEVICE, MAX_AGE_TICKS, Parameter, SAMPLE_TIME, SIMULATED, WATCHDOG, range::Range,
+    },
+};
 use haptic_link::Limits;
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{SafetyLimits, Stuck, Workspace};
+use haptic_loop::{
+    SafetyLimits, Stuck, Workspace,
+    units::{Metres, Newtons, NewtonsPerSecond},
+};
 
 parameters! {
     pub mod keys;

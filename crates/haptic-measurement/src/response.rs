@@ -16,8 +16,10 @@
 //!
 //! *Cost*: a least-squares problem a block, 42 numbers from some 1500 samples.
 
-use crate::drive::{grown_s, steps};
-use crate::{MeasurePlan, MotionRecord};
+use crate::{
+    MeasurePlan, MotionRecord,
+    drive::{grown_s, steps},
+};
 use fractional_control::Plant;
 use haptic_trial::plant_file::COHERENT;
 use nalgebra::DMatrix;

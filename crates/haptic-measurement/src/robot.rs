@@ -15,19 +15,24 @@
 //! cov = Σ over K pieces of d_k·d_kᵀ,   d_k = (A − A_k)⁻¹·J_kᵀ·r_k,   A_k = J_kᵀ·J_k,   A = Σ A_k        or σ²·A⁻¹, where that is more
 //! ```
 
-use crate::drive::{DriveError, DriveOutcome};
-use crate::{MeasurePlan, MotionRecord};
+use crate::{
+    MeasurePlan, MotionRecord,
+    drive::{DriveError, DriveOutcome},
+};
 use fracdiff::{Real, linear_motion};
 use haptic_document::{Failure, Interval};
 use haptic_link::MEASURING_DAMPING_N_S_PER_M;
-use haptic_loop::units::Seconds;
-use haptic_loop::{Controller, Device, Environment, Fault, SafetyChain};
-use haptic_trial::keys::admittance::{ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME};
-use haptic_trial::plant_file::calibration::MeasuredNumber;
+use haptic_loop::{Controller, Device, Environment, Fault, SafetyChain, units::Seconds};
+use haptic_trial::{
+    keys::admittance::{ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME},
+    plant_file::calibration::MeasuredNumber,
+};
 use nalgebra::{SMatrix, SVector, Vector1};
 use serde::Serialize;
-use std::f64::consts::TAU;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::{
+    f64::consts::TAU,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 /// Times for which a velocity is held, s: long ones show the loop at rest, short ones how it begins.
 const HOLDS_S: [f64; 8] = [0.4, 0.05, 0.1, 0.03, 0.2, 0.05, 0.15, 0.07];

@@ -4,26 +4,28 @@
 
 mod random_devices;
 
-use crate::MeasuredAxis;
-use crate::drive::{DriveOutcome, Driven, drive, on_simulated};
-use crate::estimate::{MeasureError, Measured, device_model, estimate};
-use crate::response::{coherent, response};
 use crate::{
     MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MEASURE_SPEED,
-    MEASUREMENT, MeasurePlan, MotionRecord, OwnLimits, TABLES,
+    MEASUREMENT, MeasurePlan, MeasuredAxis, MotionRecord, OwnLimits, TABLES,
+    drive::{DriveOutcome, Driven, drive, on_simulated},
+    estimate::{MeasureError, Measured, device_model, estimate},
+    response::{coherent, response},
 };
 use fracdiff::Seconds;
 use haptic_document::Document;
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
-use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_trial::DeviceModel;
-use haptic_trial::Sensors;
+use haptic_loop::{
+    Device, Fault, Reading, SafeForce,
+    plant::{MassDamper, MassDamperConfig},
+    units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre},
+};
+use haptic_trial::{DeviceModel, Sensors};
 use nalgebra::Vector1;
 use num_complex::Complex;
-use std::convert::Infallible;
-use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::{
+    convert::Infallible,
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 /// A device whose plant is stepped `parts` times a sample, so that its friction is not that of the model, with an encoder, and all that was done
 /// to it.

@@ -14,7 +14,7 @@ pub const LATE_FORCE: u8 = 4;
 pub const IMPOSSIBLE: u8 = 8;
 
 /// A log with a larger share of stale ticks does not show what the loop did.
-pub(crate) const STALE_MOST: f64 = 0.01;
+const STALE_MOST: f64 = 0.01;
 
 /// Ticks of a log with flaws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]

@@ -2,8 +2,7 @@
 //! endian, no options) and its fields in order, each aligned to its size counted from the end of that header.
 
 use serde::Serialize;
-use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::{cell::Cell, collections::BTreeMap};
 
 /// Plain CDR, little endian, no options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];

@@ -3,8 +3,7 @@
 //! `position_x_m`, `position_y_m` and `position_z_m` of several.
 
 use super::message::{ColumnValue, Item, Layout, LogMessage, MessageError, begin, put};
-use std::fmt;
-use std::ops::Deref;
+use std::{fmt, ops::Deref};
 
 /// The axis letters, which column names have before the unit.
 pub const AXES: [&str; 3] = ["x", "y", "z"];

@@ -1,8 +1,7 @@
 //! Keys in sentences.
 
 use crate::without_unit;
-use std::borrow::Cow;
-use std::fmt;
+use std::{borrow::Cow, fmt};
 use strsim::osa_distance;
 
 /// A key of a document or an argument of a function, as a sentence names it: `` `sample_time_s` ``. A program that calls it

@@ -9,8 +9,7 @@ pub use key::{Key, did_you_mean, nearest, renamed, short};
 pub use number::{DecimalSign, number, number_with, sign_of};
 pub use written::{WrittenUnit, digits, in_five_digits, label, written, written_between};
 
-use std::f64::consts::PI;
-use std::fmt;
+use std::{f64::consts::PI, fmt};
 
 const TURN: f64 = 2.0 * PI;
 const DEGREE: f64 = PI / 180.0;

@@ -28,10 +28,10 @@ pub(super) struct Connections {
     pool: u32,
     nonce: u32,
     offered: u32,
-    pub(super) current: u32,
+    pub current: u32,
     owner: u32,
-    pub(super) tracker: RequestTracker,
-    pub(super) strangers: u32,
+    pub tracker: RequestTracker,
+    pub strangers: u32,
 }
 
 impl Connections {

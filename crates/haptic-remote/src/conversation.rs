@@ -1,7 +1,6 @@
 //! The host's half of the conversation: numbers, answers, retries, keep-alives, counters.
 
-use crate::Patience;
-use crate::link_error::LinkError;
+use crate::{Patience, link_error::LinkError};
 use core::time::Duration;
 use haptic_link::{
     Alive, DeviceReport, Direction, EventKind, Header, LineCounters, OutOfOrder, Outcome, Receiver,

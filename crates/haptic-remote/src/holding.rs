@@ -6,8 +6,10 @@
 //! ```
 //! *Start-up*: as if the device had stood where it is for ever, held there by no force; n = 0. *Cost* of a tick: that of the [`PortableController`].
 
-use crate::limits::{FAR, Fields};
-use crate::prepared::{MODES_MAX, Prepared, refused};
+use crate::{
+    limits::{FAR, Fields},
+    prepared::{MODES_MAX, Prepared, refused},
+};
 use fractional_control::{
     PortableController, PortableControllerHistory, PortableForm, PortablePart,
 };

@@ -298,14 +298,14 @@ struct Before {
 #[derive(Debug)]
 pub(crate) struct Plausible {
     /// Largest force that the device makes, N.
-    pub(crate) force_most_n: f32,
+    pub force_most_n: f32,
     /// T, µs. A batch carries the time of its first tick alone: that of another may be off by this.
     period_us: u32,
     before: Option<Before>,
     sensors: Watched,
     reach: Reach,
     /// It lets go since a fault or a stop, and looks at its places no more: what comes then is flagged only as long as a force falls.
-    pub(crate) lets_go: bool,
+    pub lets_go: bool,
     /// The farthest place without a workspace, m.
     far_m: f32,
 }

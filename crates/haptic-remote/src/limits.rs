@@ -1,12 +1,10 @@
 //! The limits of a safety chain on the wire and in the chain.
 
 use haptic_link::{Capabilities, Field, GuardKind, Refusal};
-use haptic_loop::units::{
-    Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
-};
 use haptic_loop::{
     EnergyBounding, Limit, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityGuard,
     PassivityObserver, SafetyLimits, Workspace,
+    units::{Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds},
 };
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.

@@ -13,10 +13,10 @@
 
 use crate::prepared::DeviceOperator;
 use haptic_link::{Capabilities, MEASURING_DAMPING_N_S_PER_M, Refusal};
-use haptic_loop::units::{MetresPerSecond, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{
     Admittance, Device, Fault, LoopParameterError, MotionChain, MotionLimits, MotionReading,
     MovingDevice, Reading, SafeForce, VirtualBody,
+    units::{MetresPerSecond, NewtonSecondsPerMetre, Seconds},
 };
 
 /// Largest speed of a robot that is to be measured, m/s.

@@ -1,16 +1,22 @@
 //! Controller from a configuration on the wire: everything that can be refused is refused here.
 
-use crate::hardware::{Hardware, PlantSetup as _};
-use crate::limits::{Fields, chain_limits};
-use crate::records::FLIGHT_SAMPLES;
-use fracdiff::PortableOperator;
-use fracdiff::portable::{Form, ListError};
+use crate::{
+    hardware::{Hardware, PlantSetup as _},
+    limits::{Fields, chain_limits},
+    records::FLIGHT_SAMPLES,
+};
+use fracdiff::{
+    PortableOperator,
+    portable::{Form, ListError},
+};
 use haptic_link::{
     Capabilities, Conduct, Configuration, DigestBuilder, Field, GuardKind, Limits, OperatorForm,
     Refusal,
 };
-use haptic_loop::units::{Metres, Seconds};
-use haptic_loop::{DepthMap, OwnPush, SafetyChain, Tap, Wall, WallShape};
+use haptic_loop::{
+    DepthMap, OwnPush, SafetyChain, Tap, Wall, WallShape,
+    units::{Metres, Seconds},
+};
 
 /// Most coefficients of an operator on a device: taps of a finite memory.
 pub const COEFFICIENTS_MAX: usize = 256;

@@ -103,8 +103,8 @@ const QUEUE_NOTICES: usize = 8;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stream {
     /// Sends every n-th tick; 0 for no ticks.
-    pub(super) every: u16,
-    pub(super) batch: u8,
+    pub every: u16,
+    pub batch: u8,
 }
 
 impl Stream {
@@ -269,7 +269,7 @@ impl<const D: usize> Tick<D> {
     };
 
     /// True if a sensor gave a force on an axis.
-    pub(crate) fn senses(&self) -> bool {
+    fn senses(&self) -> bool {
         !self.sensed_force_n.iter().all(|force_n| force_n.is_nan())
     }
 
@@ -295,7 +295,7 @@ impl<const D: usize> Tick<D> {
     }
 
     /// Adds what each axis did in it, as far as there is room.
-    pub(crate) fn add_to<const N: usize>(&self, items: &mut Vec<BatchItem, N>) {
+    fn add_to<const N: usize>(&self, items: &mut Vec<BatchItem, N>) {
         for axis in 0..D {
             let _ = items.push(BatchItem {
                 position_m: self.position_m[axis],

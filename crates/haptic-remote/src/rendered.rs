@@ -11,13 +11,13 @@ use nalgebra::SVector;
 /// Law that a device renders: a wall along its first axis, or along the normal of a surface.
 #[derive(Debug)]
 pub(crate) struct Rendered<const D: usize> {
-    pub(crate) wall: DeviceWall,
+    pub wall: DeviceWall,
     /// Its depth is the position that the wall sees.
     #[cfg(feature = "several-axes")]
-    pub(crate) surface: Option<Shape<f32, D>>,
+    pub surface: Option<Shape<f32, D>>,
     /// Controller in place of the wall.
     #[cfg(feature = "controllers")]
-    pub(crate) holding: Option<Holding>,
+    pub holding: Option<Holding>,
 }
 
 /// History of [`Rendered`].

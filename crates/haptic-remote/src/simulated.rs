@@ -1,14 +1,18 @@
 //! A device without hardware: a plant that is stepped by its own ticks.
 
-use crate::hardware::{Hardware, PlantSetup};
-use crate::limits::Fields;
-use crate::prepared::abilities;
+use crate::{
+    hardware::{Hardware, PlantSetup},
+    limits::Fields,
+    prepared::abilities,
+};
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
-use haptic_loop::plant::{ImposedMotion, MassDamper, MassDamperConfig, RampHold};
 #[cfg(feature = "std")]
 use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive};
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
-use haptic_loop::{Device, Fault, LoopParameterError, Reading, SafeForce};
+use haptic_loop::{
+    Device, Fault, LoopParameterError, Reading, SafeForce,
+    plant::{ImposedMotion, MassDamper, MassDamperConfig, RampHold},
+    units::{Kilograms, Metres, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds},
+};
 use nalgebra::SVector;
 
 /// A simulated board: a mass-damper with a hand, or an indentation; by a compliant indenter with the feature `std`

@@ -1,11 +1,11 @@
 //! A device of several axes without hardware: a mass that is stepped by its own ticks.
 
-use crate::hardware::{Hardware, PlantSetup};
-use crate::simulated::{capabilities, mass_damper};
+use crate::{
+    hardware::{Hardware, PlantSetup},
+    simulated::{capabilities, mass_damper},
+};
 use haptic_link::{Capabilities, Field, Refusal, Simulation, SimulationKind};
-use haptic_loop::plant::MassDamper;
-use haptic_loop::units::Seconds;
-use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_loop::{Device, Fault, Reading, SafeForce, plant::MassDamper, units::Seconds};
 use nalgebra::SVector;
 
 /// A simulated board of several axes: the same mass-damper on each, with a hand that holds it at 0

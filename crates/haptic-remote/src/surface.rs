@@ -6,8 +6,7 @@
 //! ```
 //! The depth and the normal are those of [`Shape`], in single precision. Without a surface the first axis is the normal.
 
-use crate::limits::Fields;
-use crate::prepared::Prepared;
+use crate::{limits::Fields, prepared::Prepared};
 use haptic_link::{Field, LoopMode, Refusal, SurfaceKind, SurfaceShape};
 use haptic_loop::{Ball, Plane, Shape, ShapeKind, ShapeNumbers};
 

@@ -6,28 +6,33 @@
 //! A tick after which the world does not go on, by a fault or a silence, does not count; one in which somebody asked to
 //! stop does.
 
-use crate::budget::TickParts;
-use crate::fault_recorder::FaultSeen;
-use crate::folder::{FolderRequest, OutputFolder};
-use crate::ran::Ran;
-use crate::realtime::RealtimeSummary;
-use crate::record::RunRecord;
-use crate::recorder::{Recorded, Recorder, Stopped};
-use crate::schedule::{Pace, Schedule};
-use crate::supervisor::Supervisor;
-use haptic_document::Failure;
-use haptic_document::parameters::{REALTIME, SAMPLE_TIME};
-use haptic_log::live::LiveStreams;
-use haptic_log::record::StartTime;
-use haptic_loop::Fault;
-use haptic_loop::realtime::{Moment, Periodic};
+use crate::{
+    budget::TickParts,
+    fault_recorder::FaultSeen,
+    folder::{FolderRequest, OutputFolder},
+    ran::Ran,
+    realtime::RealtimeSummary,
+    record::RunRecord,
+    recorder::{Recorded, Recorder, Stopped},
+    schedule::{Pace, Schedule},
+    supervisor::Supervisor,
+};
+use haptic_document::{
+    Failure,
+    parameters::{REALTIME, SAMPLE_TIME},
+};
+use haptic_log::{live::LiveStreams, record::StartTime};
+use haptic_loop::{
+    Fault,
+    realtime::{Moment, Periodic},
+};
 use haptic_message::END;
-use haptic_trial::ending::{Ending, Lateness};
-use haptic_trial::simulate::World;
-use haptic_trial::tick::{KeptSample, TickRecord};
-use std::collections::BTreeMap;
-use std::sync::atomic::Ordering;
-use std::time::SystemTime;
+use haptic_trial::{
+    ending::{Ending, Lateness},
+    simulate::World,
+    tick::{KeptSample, TickRecord},
+};
+use std::{collections::BTreeMap, sync::atomic::Ordering, time::SystemTime};
 
 /// Makes the folder and the log in it, runs a world, and closes the log.
 ///
@@ -111,7 +116,7 @@ pub fn close(recorder: Recorder, record: &RunRecord, at_rest: bool) -> Result<Re
 }
 
 /// Ticks from one report of progress to the next, for the supervisor.
-pub(crate) const REPORT: u64 = 1024;
+const REPORT: u64 = 1024;
 
 /// Runs a world for a number of samples. Ends early, with the force ramped to zero, when asked, when the world
 /// does not go on, or when the recorder has ended.

@@ -1,24 +1,33 @@
 //! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, `tcp:HOST:PORT`, or one of another maker, as `haply:PATH`.
 
-use crate::identity::{DeviceIdentity, Told};
-use crate::remembered::{Remembered, loosened};
+use crate::{
+    identity::{DeviceIdentity, Told},
+    remembered::{Remembered, loosened},
+};
 use haptic_devices::ForeignName;
-use haptic_document::parameters::{DEVICE, SAMPLE_TIME, TOUCH_AXES};
-use haptic_document::{Failure, Warn};
+use haptic_document::{
+    Failure, Warn, bad_input,
+    parameters::{DEVICE, SAMPLE_TIME, TOUCH_AXES},
+};
 use haptic_link::{Capabilities, Configuration, Field, Hello, Refusal};
-use haptic_loop::Fault;
-use haptic_loop::realtime::Moment;
-use haptic_remote::LinkError;
-use haptic_remote::serial::{
-    BoardTrouble, ConnectOptions, PortInfo, SerialError, SerialLink, TroubleCause, host_and_port,
-    latency_file, port_of, ports, tcp_address,
+use haptic_loop::{Fault, realtime::Moment};
+use haptic_remote::{
+    LinkError,
+    serial::{
+        BoardTrouble, ConnectOptions, PortInfo, SerialError, SerialLink, TroubleCause,
+        host_and_port, latency_file, port_of, ports, tcp_address,
+    },
 };
 use haptic_trial::ending::LetGo;
-use std::fmt;
-use std::str::FromStr;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::{
+    fmt,
+    str::FromStr,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 /// A device by name.
 ///
@@ -129,10 +138,10 @@ impl DeviceName {
 
     fn at_port(&self) -> Result<&LinkedName, Failure> {
         self.0.as_ref().ok_or_else(|| {
-            Failure::bad_input(format_args!(
+            bad_input!(
                 "device \"sim\" has no port: give {}, such as that of an emulated device",
                 DEVICE.set_to("serial:PATH")
-            ))
+            )
         })
     }
 
@@ -252,16 +261,16 @@ impl LinkedName {
                 self.restore(&mut link, warn)?;
                 Ok(link)
             }
-            (_, 1) => Err(Failure::bad_input(format_args!(
+            (_, 1) => Err(bad_input!(
                 "{self} has {has} axes, but this experiment needs one: so far only a [touch] with {} runs on several; name another {DEVICE}",
                 TOUCH_AXES.set_to(has)
-            ))),
-            (1, _) => Err(Failure::bad_input(format_args!(
+            )),
+            (1, _) => Err(bad_input!(
                 "{self} has one axis and the [touch] has {axes}: name another {DEVICE}, or use [wall] or [relax]"
-            ))),
-            _ => Err(Failure::bad_input(format_args!(
+            )),
+            _ => Err(bad_input!(
                 "{self} has {has} axes and the [touch] has {axes}: change {TOUCH_AXES}, or name another {DEVICE}"
-            ))),
+            )),
         }
     }
 
@@ -283,9 +292,9 @@ impl LinkedName {
                 self.restore(&mut link, warn)?;
                 Ok(link)
             }
-            Some(axes) => Err(Failure::bad_input(format_args!(
+            Some(axes) => Err(bad_input!(
                 "`axes` = {axes}, but {self} has {has}: omit it, or name another {DEVICE}"
-            ))),
+            )),
         }
     }
 
@@ -404,11 +413,11 @@ impl SerialName {
             ))),
             (Some(last), others) => {
                 let names = others.iter().chain([&last]).map(SerialLink::path);
-                Err(Failure::bad_input(format_args!(
+                Err(bad_input!(
                     "devices answer at {}: name one with {}",
                     names.collect::<Vec<_>>().join(", "),
                     DEVICE.set_to("serial:PATH")
-                )))
+                ))
             }
         }
     }

@@ -10,16 +10,18 @@
 
 use haptic_log::record::{Leftover, LogWriter, RecordError, StartTime};
 use haptic_message::{EventMessage, TickMessage};
-use std::collections::{BTreeMap, VecDeque};
-use std::path::Path;
+use std::{
+    collections::{BTreeMap, VecDeque},
+    path::Path,
+};
 
 /// Ticks kept from before a fault, the one that it latched in included.
-pub(crate) const BEFORE: usize = 1000;
+const BEFORE: usize = 1000;
 /// Ticks kept from after it.
 pub(crate) const AFTER: u64 = 100;
 
 /// Name of the metadata record that says what the fault was.
-pub(crate) const FAULT: &str = "fault";
+const FAULT: &str = "fault";
 
 /// A fault, as it is known here.
 #[derive(Debug, PartialEq)]

@@ -1,15 +1,19 @@
 //! Files of an experiment: one folder, one stem, nothing overwritten unasked.
 
-use haptic_document::Failure;
-use haptic_document::parameters::{OUT, OVERWRITE};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{OUT, OVERWRITE},
+};
 use haptic_log::record::{
     Leftover, NewFile, leftover_at, nth_file, part_of, refuse_taken, remove_earlier,
 };
 use serde::Serialize;
-use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    io::BufWriter,
+    path::{Path, PathBuf},
+};
 
 /// The files an experiment makes, by extension, and beside them the log of a fault. A log that was cut off keeps `.mcap.part`.
 const EXTENSIONS: [&str; 5] = ["mcap", "csv", "against.csv", "svg", "png"];
@@ -133,10 +137,10 @@ impl OutputFolder {
                 Err(error) => return Err(cannot_make(&self.path, error)),
             }
         }
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "`{RESULTS}` holds {0}-0001 to {0}-9999: move some away, or give {OUT}",
             self.request.stem
-        )))
+        ))
     }
 
     /// Refuses files of this name unless they may be replaced, and a log that was cut off always.

@@ -11,8 +11,7 @@
 
 use haptic_link::SerialNumber;
 use haptic_remote::serial::{PortInfo, is_socket, port_of, tcp_address};
-use std::fmt;
-use std::path::absolute;
+use std::{fmt, path::absolute};
 
 /// Identity of a connected device; it displays as a text that is the same whenever the device is.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,7 +1,6 @@
 //! Counts of a link over a run, for the report and for the log.
 
-use haptic_loop::Tap;
-use haptic_loop::realtime::Durations;
+use haptic_loop::{Tap, realtime::Durations};
 
 /// Counts of the link of a run.
 #[derive(Clone, Debug, Default, serde::Serialize)]

@@ -1,14 +1,14 @@
 //! A run that is over: of one device, or of two beside each other.
 
-use crate::folder::OutputFolder;
-use crate::record::RunRecord;
-use crate::recorder::Recorded;
+use crate::{folder::OutputFolder, record::RunRecord, recorder::Recorded};
 use haptic_document::Failure;
 use haptic_log::record::{Entry, FinishedLog, LogReader};
 use haptic_message::TickMessage;
-use haptic_trial::drive_verdict::DriveVerdict;
-use haptic_trial::preflight::PreflightVerdict;
-use haptic_trial::samples::{RunStart, Samples};
+use haptic_trial::{
+    drive_verdict::DriveVerdict,
+    preflight::PreflightVerdict,
+    samples::{RunStart, Samples},
+};
 use serde::Serialize;
 use std::path::PathBuf;
 

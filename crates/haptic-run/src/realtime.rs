@@ -4,8 +4,7 @@ pub use haptic_loop::realtime::ThreadConfig as RealtimeOptions;
 use haptic_loop::realtime::{Durations, RaisedThread, Timing, WorstCycle};
 use haptic_trial::flat::flat;
 use serde::Serialize;
-use std::collections::BTreeMap;
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
 /// Quantiles of a time over all ticks, µs.
 #[derive(Clone, Copy, Debug, Serialize)]

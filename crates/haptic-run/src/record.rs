@@ -6,15 +6,15 @@
 //! ```
 //! So memory does not grow with the length of a run.
 
-use super::link_summary::LinkSummary;
-use super::realtime::RealtimeSummary;
-use haptic_loop::realtime::Durations;
-use haptic_loop::realtime::RaisedThread;
+use super::{link_summary::LinkSummary, realtime::RealtimeSummary};
+use haptic_loop::realtime::{Durations, RaisedThread};
 use haptic_message::{EndKind, RunEnd};
-use haptic_trial::ending::{Ending, Fall, ForceKeeper, Lateness, LetGo};
-use haptic_trial::samples::{Before, RunStart, keeps_all};
-use haptic_trial::sensor_offset::Tare;
-use haptic_trial::tick::{KeptSample, TickRecord};
+use haptic_trial::{
+    ending::{Ending, Fall, ForceKeeper, Lateness, LetGo},
+    samples::{Before, RunStart, keeps_all},
+    sensor_offset::Tare,
+    tick::{KeptSample, TickRecord},
+};
 
 /// Record of a run, up to where it ended; everything else is in the log.
 #[derive(Debug)]

@@ -3,17 +3,23 @@
 //! The ring is lock-free, so whoever ticks never waits for the writer, nor wakes it: the writer looks for itself,
 //! each millisecond when the ring is empty.
 
-use super::budget::{Budget, TickParts};
-use super::fault_recorder::{FaultRecorder, FaultSeen, RunOfFault};
+use super::{
+    budget::{Budget, TickParts},
+    fault_recorder::{FaultRecorder, FaultSeen, RunOfFault},
+};
 use crate::folder::fault_log_of;
-use haptic_log::live::Live;
-use haptic_log::record::{BUDGET, FinishedLog, RecordError, RollingLog, StartTime, remove_earlier};
+use haptic_log::{
+    live::Live,
+    record::{BUDGET, FinishedLog, RecordError, RollingLog, StartTime, remove_earlier},
+};
 use haptic_message::{EventMessage, TickMessage};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::thread::JoinHandle;
-use std::time::Duration;
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    thread::JoinHandle,
+    time::Duration,
+};
 
 /// Samples that wait in the queue at most: at 1 kHz, 8 s of a stalled disk.
 const QUEUE: usize = 8192;
@@ -338,8 +344,10 @@ fn write(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
-    use std::sync::mpsc::{Receiver, Sender, channel};
+    use std::{
+        path::Path,
+        sync::mpsc::{Receiver, Sender, channel},
+    };
     use testkit::Folder;
 
     /// A viewer that holds the writer up: it says when it has the first sample, and goes on when it is told to.

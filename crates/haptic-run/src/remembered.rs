@@ -21,17 +21,19 @@
 //! *Errors*: a file that is there and cannot be read, or is in the way of an older version, keeps the device from being armed.
 
 use crate::identity::{DeviceIdentity, Known};
-use haptic_document::Failure;
+use haptic_document::{Failure, bad_input};
 use haptic_link::{Configuration, GuardKind, Limits};
 use haptic_log::record::NewFile;
 use haptic_loop::Limit;
 use haptic_quantity::{digits, label, written};
 use serde_json::{Map, Value, json};
-use std::env::{home_dir, var_os};
-use std::fmt::Display;
-use std::fs;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::{
+    env::{home_dir, var_os},
+    fmt::Display,
+    fs,
+    io::ErrorKind,
+    path::{Path, PathBuf},
+};
 
 /// Format of the files; a file of another one is refused.
 const FORMAT: u64 = 1;
@@ -110,12 +112,12 @@ impl Remembered {
             Known::Number(_) | Known::Link(_) | Known::Not => None,
         };
         tight.map_or(Ok(()), |tight| {
-            Err(Failure::bad_input(format_args!(
+            Err(bad_input!(
                 "{} may be any of its name, and one of them was set tighter ({}): end that with host-cli device forget on it, or \
                  flash firmware that tells a serial number",
                 self.identity,
                 loosened(&tight, &next.limits).join(", ")
-            )))
+            ))
         })
     }
 
@@ -307,7 +309,7 @@ fn each(limits: &mut Value, prefix: &str, visit: &mut dyn FnMut(&str, &mut Value
 }
 
 /// The limits that are remembered, by their keys.
-pub(crate) fn by_key(limits: &Limits) -> Map<String, Value> {
+fn by_key(limits: &Limits) -> Map<String, Value> {
     let mut map = Map::new();
     each(&mut json!(limits), "", &mut |key, value| {
         // In its shortest form: 0.1, not 0.10000000149.

@@ -17,27 +17,27 @@ mod summary;
 pub use crate::remote::pair::{PairRun, fits_two_devices};
 pub use crate::remote::run::{RemoteRun, delay_of};
 pub use crate::remote::session::{Steered, Steers, blank};
-use fracdiff::parameter::Shown;
-use haptic_document::parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION};
+use fracdiff::{Operator, parameter::Shown};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{LOOP, PUSH_BY, SAMPLE_TIME, SCHEME, TRIAL_DURATION},
+};
 
 use super::schedule::Schedule;
 use crate::device::LinkedName;
-use fracdiff::Operator;
-use haptic_document::Failure;
 use haptic_link::{
     Capabilities, Configuration, ControllerLaw, Limits, LoopMode, OperatorShape, Simulation,
     SimulationKind, SurfaceShape,
 };
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::Seconds;
-use haptic_loop::{DepthMap, Limit};
-use haptic_remote::serial::SerialLink;
-use haptic_remote::wire_limits;
-use haptic_trial::advice::single;
-use haptic_trial::ending::{Lateness, MotorPush};
-use haptic_trial::plant_file::calibration::Calibration;
-use haptic_trial::safety::{GuardChoice, GuardedDevice, Safety, guard_of};
-use haptic_trial::tap::TappedLaw;
+use haptic_loop::{DepthMap, Limit, plant::MassDamperConfig, units::Seconds};
+use haptic_remote::{serial::SerialLink, wire_limits};
+use haptic_trial::{
+    advice::single,
+    ending::{Lateness, MotorPush},
+    plant_file::calibration::Calibration,
+    safety::{GuardChoice, GuardedDevice, Safety, guard_of},
+    tap::TappedLaw,
+};
 use std::time::Duration;
 
 /// A device and how the loop with it is closed.
@@ -68,9 +68,9 @@ impl RemoteDevice {
         if let Some(calibration) = &self.calibration {
             let (of, device) = (&calibration.device, self.name.identity(link).to_string());
             if !of.is_empty() && *of != device {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "the device file was calibrated on {of}, and this is {device}, whose newtons may be others: give its own file, or one without [calibration]"
-                )));
+                ));
             }
             link.calibrate(calibration.factors()?);
         }
@@ -267,28 +267,28 @@ pub fn within(
     let tighter = keep_within(&mut configuration, set);
     let most_n = configuration.limits.force_n;
     if law.held_push_n as f32 >= most_n {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "push_n = {} is not below the device's own force limit of {most_n} N: no wall could hold it; \
              push less, or raise that limit with host-cli device set",
             Shown(law.held_push_n)
-        )));
+        ));
     }
     let own_push_n = law.own_push_n();
     if own_push_n as f32 > most_n {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "push_n = {} is above the device's own force limit of {most_n} N: push less, or raise that limit with host-cli device set",
             Shown(own_push_n)
-        )));
+        ));
     }
     if let Some(tap) = &law.tap {
         let rise_s = f64::from(configuration.limits.rise_time_s);
         let third_s = tap.samples as f64 * tap.device.sample_time.0 / 3.0;
         if rise_s > third_s {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "the force rises in {rise_s} s, more than a third of a trial of {} s that taps: give a {TRIAL_DURATION} of at least {} s, or shorten rise_time with host-cli device set",
                 Shown(3.0 * third_s),
                 Shown((3.1 * rise_s).ceil())
-            )));
+            ));
         }
         configuration.tap_n = tap.force_n(&configuration.limits);
         configuration.tap_ticks = tap.ticks();
@@ -311,11 +311,11 @@ pub fn may_push(device: &RemoteDevice, link: &SerialLink) -> Result<(), Failure>
 
 fn is_bounded(path: &str, can: &Capabilities, lasting: Option<Limits>) -> Result<(), Failure> {
     if can.force_max_n <= 0.0 {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "{path} makes no force (at most {} N), so it cannot push: give {}, and hang a weight",
             can.force_max_n,
             PUSH_BY.set_to("hand")
-        )));
+        ));
     }
     let lacks = match lasting {
         None => "force_limit, workspace_low, workspace_high and speed_limit",
@@ -325,9 +325,9 @@ fn is_bounded(path: &str, can: &Capabilities, lasting: Option<Limits>) -> Result
         Some(set) if set.speed_hard_m_per_s <= 0.0 => "speed_limit",
         Some(_) => return Ok(()),
     };
-    Err(Failure::bad_input(format_args!(
+    Err(bad_input!(
         "{path} pushes by itself only within lasting limits of force, workspace and speed: set {lacks} with host-cli device set"
-    )))
+    ))
 }
 
 /// The configuration of the device, which has these limits now.
@@ -340,10 +340,10 @@ fn configuration(
 ) -> Result<Configuration, Failure> {
     let us = schedule.sample_time_s * 1e6;
     if (us - us.round()).abs() > 1e-6 || !(1.0..=4e9).contains(&us) {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "sample time {} s is not a whole number of microseconds: change {SAMPLE_TIME}",
             Shown(schedule.sample_time_s)
-        )));
+        ));
     }
     let simulation = if capabilities.simulated {
         law.simulation

@@ -1,8 +1,7 @@
 //! Schedule of a run: the number of ticks, the time of each, and the pace of time.
 
 use crate::realtime::RealtimeOptions;
-use haptic_loop::LoopParameterError;
-use haptic_loop::realtime::PeriodicConfig;
+use haptic_loop::{LoopParameterError, realtime::PeriodicConfig};
 use std::time::Duration;
 
 /// The pace of a run: as fast as it can be computed, or by the clock.

@@ -3,8 +3,7 @@
 use crate::folder::FolderRequest;
 use haptic_document::Warn;
 use haptic_log::live::LiveStreams;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, atomic::AtomicBool};
 
 /// Watcher of a run: may stop it, hears how far it is, and sees the samples.
 #[derive(Clone, Copy)]

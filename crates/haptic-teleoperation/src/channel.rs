@@ -1,7 +1,9 @@
 //! A bad line in virtual time: what goes in comes out late, out of order, twice or not at all.
 
-use fracdiff::Seconds;
-use fracdiff::parameter::{positive, range};
+use fracdiff::{
+    Seconds,
+    parameter::{positive, range},
+};
 use haptic_link::HandSample;
 use haptic_loop::LoopParameterError;
 use rand_distr::{Distribution as _, StandardUniform};

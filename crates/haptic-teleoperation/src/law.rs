@@ -296,7 +296,7 @@ impl WavePort {
     }
 
     /// T·Σu and T·Σu²/2.
-    pub(crate) const fn integrals(&self) -> (f64, f64) {
+    const fn integrals(&self) -> (f64, f64) {
         (self.left, self.account.sent_j)
     }
 }
@@ -310,7 +310,7 @@ impl WavePort {
 /// A balance below 0 is a debt: the safety chain made a force that nobody wanted. It is paid from what comes in next.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Account {
-    pub(crate) balance_j: f64,
+    pub balance_j: f64,
     received_j: f64,
     sent_j: f64,
 }
@@ -327,12 +327,12 @@ impl Account {
     }
 
     /// Energy that may be spent now, J, at least 0.
-    pub(crate) const fn available_j(&self) -> f64 {
+    const fn available_j(&self) -> f64 {
         self.balance_j.max(0.0)
     }
 
     /// Books what went in, J; what came out is negative.
-    pub(crate) fn book(&mut self, energy_j: f64) {
+    fn book(&mut self, energy_j: f64) {
         self.balance_j += energy_j;
     }
 

@@ -1,8 +1,10 @@
 //! One side: its settings in SI units, readings and messages in, safe forces and messages out.
 
 use crate::law::{Coupled, CouplerGains, Law, Observed, WavePort};
-use fracdiff::parameter::{RangeError, not_negative, positive, range};
-use fracdiff::{Differintegrator, Seconds};
+use fracdiff::{
+    Differintegrator, Seconds,
+    parameter::{RangeError, not_negative, positive, range},
+};
 use haptic_link::{HandSample, HandSide, RequestTracker};
 use haptic_loop::{LoopParameterError, LoopSample, Reading, SafeForce, SafetyChain, SafetyState};
 use nalgebra::Vector1;
@@ -307,7 +309,7 @@ impl Settings {
     /// Most samples over which waves or energy that arrive together are spread.
     pub const PLAYOUT_MOST: u32 = 10_000;
 
-    pub(crate) fn silence_ticks(&self) -> Result<u64, LoopParameterError> {
+    fn silence_ticks(&self) -> Result<u64, LoopParameterError> {
         let t = positive("sample time", self.sample_time.0, "s")?;
         let ticks = libm::ceil(self.silence.0 / t - 1e-9);
         range(

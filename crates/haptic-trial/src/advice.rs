@@ -1,17 +1,22 @@
 //! Remedies for numbers that a library refuses, and a check for numbers that no device can hold.
 
-use crate::keys::admittance::{FORCE_CUTOFF, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME};
-use crate::safety::keys::{
-    DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
-    WORKSPACE_HIGH, WORKSPACE_LOW,
+use crate::{
+    keys::admittance::{FORCE_CUTOFF, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME},
+    safety::keys::{
+        DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
+        WORKSPACE_HIGH, WORKSPACE_LOW,
+    },
 };
 use fracdiff::parameter::Shown;
 use fractional_control::ControlError;
 use haptic_analysis::AnalysisError;
-use haptic_document::Failure;
-use haptic_document::parameters::{
-    CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION, HAND_COUPLER_DISSIPATION,
-    HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{
+        CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION,
+        HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, MASS, Parameter,
+        SAMPLE_TIME,
+    },
 };
 use haptic_loop::LoopParameterError;
 use haptic_quantity::{Key, digits, label, written};
@@ -107,11 +112,11 @@ pub fn check(parameter: &Parameter, value: f64) -> Result<(), Failure> {
     if range.contains(value) {
         return Ok(());
     }
-    Err(Failure::bad_input(format_args!(
+    Err(bad_input!(
         "{} = {} is not {range}: change {parameter}",
         parameter.key,
         Shown(value)
-    )))
+    ))
 }
 
 /// A number as a device has it, in single precision.
@@ -123,9 +128,9 @@ pub fn single(name: &str, value: f64) -> Result<f32, Failure> {
     if single.is_finite() && (single != 0.0 || value == 0.0) {
         Ok(single)
     } else {
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "{name} {value:e} is not in single precision, 0 or 1.4e-45 to 3.4e38: change {name}"
-        )))
+        ))
     }
 }
 
@@ -193,8 +198,10 @@ mod tests {
     use crate::advice::*;
     use control_tuning::{Specification, tune};
     use fractional_control::Plant;
-    use haptic_loop::units::{Newtons, Seconds};
-    use haptic_loop::{SafetyChain, SafetyLimits};
+    use haptic_loop::{
+        SafetyChain, SafetyLimits,
+        units::{Newtons, Seconds},
+    };
 
     #[test]
     fn the_option_of_the_parameter_is_named_and_no_other() {

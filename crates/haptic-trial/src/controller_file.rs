@@ -22,8 +22,9 @@ use fractional_control::{
     ControllerParameters, ControllerSetup, CroneParameters, FractionalTransferFunction,
     LeadLagParameters, PidParameters, TidParameters, rule_of_scheme,
 };
-use haptic_document::parameters::Parameter;
-use haptic_document::{FileError, Parsed, Table, lines_of, parameters as p, text_of};
+use haptic_document::{
+    FileError, Parsed, Table, lines_of, parameters as p, parameters::Parameter, text_of,
+};
 use std::path::Path;
 
 #[cfg(test)]

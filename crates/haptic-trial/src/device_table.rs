@@ -1,19 +1,27 @@
 //! The device, its file and its sensors, as the keys of any table give them.
 
-use crate::plant_file::calibration::Calibration;
-use crate::robot::{ADMITTANCE, RobotModel};
-use crate::{DeviceModel, Sensors};
-use fracdiff::Seconds;
-use fracdiff::parameter::Shown;
+use crate::{
+    DeviceModel, Sensors,
+    plant_file::calibration::Calibration,
+    robot::{ADMITTANCE, RobotModel},
+};
+use fracdiff::{Seconds, parameter::Shown};
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::{Parameter, SENSOR_NOISE};
-use haptic_document::{FileError, Interval, Parsed, Table, parameters as p, text_of};
-use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use haptic_document::{
+    FileError, Interval, Parsed, Table, parameters as p,
+    parameters::{Parameter, SENSOR_NOISE},
+    text_of,
+};
+use haptic_loop::{
+    plant::{ForceSensor, ForceSensorConfig, MassDamperConfig},
+    units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre},
+};
 use haptic_quantity::Key;
-use std::borrow::Cow;
-use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    ops::RangeInclusive,
+    path::{Path, PathBuf},
+};
 
 /// Refuses keys that were given over the file and have no effect.
 ///

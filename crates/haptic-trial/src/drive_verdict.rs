@@ -1,7 +1,9 @@
 //! The certified verdict on a controller that holds an indenter.
 
-use haptic_document::Failure;
-use haptic_document::parameters::{CONTROLLER, FORCE_UNSTABLE};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{CONTROLLER, FORCE_UNSTABLE},
+};
 use serde::Serialize;
 
 /// The certified verdict on one loop of a drive, and how far it is from the edge.
@@ -79,8 +81,8 @@ impl DriveVerdict {
             return Ok(());
         };
         let remedy = unstable.remedy();
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: use another {CONTROLLER}, or {FORCE_UNSTABLE}"
-        )))
+        ))
     }
 }

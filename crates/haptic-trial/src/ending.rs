@@ -66,7 +66,7 @@ impl MotorPush {
 pub const AT_LIMIT: f64 = 1.0 - 1e-6;
 
 /// Pushes of the law's force that are a swing.
-pub(crate) const SWING_SHARE: f64 = 3.0;
+const SWING_SHARE: f64 = 3.0;
 
 /// The one that takes the force away from a device that hears nothing more.
 #[derive(Clone, Copy, Debug)]

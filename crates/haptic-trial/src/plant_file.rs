@@ -10,26 +10,24 @@
 //! `[intervals]` says between which numbers its values lie, as a measurement writes it, see [`DeviceModel`]. `[state_space]` has `a`, `b`, `c`,
 //! `delay_s` and `current_lag_s`, and `b_hand` and `c_hand` where a hand acts elsewhere than the law. `[measured_response]` names a CSV, see [`response_in`].
 
-use crate::controller_file::source;
-use crate::safety::GuardedDevice;
-use crate::sensors::Sensors;
+use crate::{controller_file::source, safety::GuardedDevice, sensors::Sensors};
 use calibration::{CALIBRATION_KEYS, Calibration, MeasuredNumber};
 use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, Plant, StateSpace};
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::Parameter;
 use haptic_document::{
-    Failure, FileError, Interval, Parsed, Table, lines_of, parameters as p, text_of,
+    Failure, FileError, Interval, Parsed, Table, lines_of, parameters as p, parameters::Parameter,
+    text_of,
 };
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, Seconds};
+use haptic_loop::{
+    plant::MassDamperConfig,
+    units::{Kilograms, NewtonSecondsPerMetre, Newtons, Seconds},
+};
 use measured_table::{ResponseTable, TABLE_MOST, read_bytes, read_response, rows_named};
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
 use serde::Serialize;
-use std::borrow::Cow;
-use std::path::Path;
-use std::str::FromStr;
+use std::{borrow::Cow, path::Path, str::FromStr};
 
 pub mod calibration;
 #[cfg(test)]

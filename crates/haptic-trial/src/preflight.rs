@@ -1,15 +1,18 @@
 //! Questions of a run to the pre-flight before a device is armed, and the answers.
 
-use crate::drive_verdict::DriveVerdict;
-use crate::flat::flat;
-use crate::keys::admittance::{BODY_DAMPING, BODY_INERTANCE};
+use crate::{
+    drive_verdict::DriveVerdict,
+    flat::flat,
+    keys::admittance::{BODY_DAMPING, BODY_INERTANCE},
+};
 use haptic_analysis::Dynamics;
-use haptic_document::Failure;
-use haptic_document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE},
+};
 use haptic_quantity::written;
 use serde::Serialize;
-use std::collections::BTreeMap;
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
 /// Time over which the round trip is measured.
 pub const MEASURED: Duration = Duration::from_millis(200);
@@ -192,11 +195,11 @@ impl PreflightVerdict {
             return Ok(());
         }
         if let Some(robot) = &self.robot {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "pre-flight: this robot is {}: {}, or run it anyway with {FORCE_UNSTABLE}",
                 self.numbers(),
                 robot.advice(self.margin)
-            )));
+            ));
         }
         let smaller = |factor: f64| {
             let factor = (factor * 1e3).floor() / 1e3;
@@ -234,9 +237,9 @@ impl PreflightVerdict {
                 },
             ),
         };
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "pre-flight: {what}, {numbers}: {advice} or run it anyway with {FORCE_UNSTABLE}"
-        )))
+        ))
     }
 
     /// A sentence about a loop that is unstable or not passive; `None` if there is nothing to say, or a guard

@@ -12,35 +12,41 @@
 //! and dead time. One reading serves the analysis, the simulated robot and whatever renders on a real one. Without them there is no
 //! verdict on a robot, so that these keys are required.
 
-use crate::advice::{analysed, parameter};
-use crate::keys::admittance::{
-    ADMITTANCE_TABLE, BODY_DAMPING, BODY_INERTANCE, BODY_LAG, BODY_ORDER, BODY_SCHEME,
-    FORCE_CUTOFF, FORCE_LAGS, HANDS_DAMPING, HANDS_MASS, HANDS_STIFFNESS, MOTION_ACCELERATION,
-    MOTION_HIGH, MOTION_LOW, MOTION_SPEED, ROBOT, ROBOT_BANDWIDTH, ROBOT_DAMPING, ROBOT_DEAD_TIME,
-    ROBOT_NOISE, ROBOT_RANGE, TOOL_MASS,
+use crate::{
+    advice::{analysed, parameter},
+    keys::admittance::{
+        ADMITTANCE_TABLE, BODY_DAMPING, BODY_INERTANCE, BODY_LAG, BODY_ORDER, BODY_SCHEME,
+        FORCE_CUTOFF, FORCE_LAGS, HANDS_DAMPING, HANDS_MASS, HANDS_STIFFNESS, MOTION_ACCELERATION,
+        MOTION_HIGH, MOTION_LOW, MOTION_SPEED, ROBOT, ROBOT_BANDWIDTH, ROBOT_DAMPING,
+        ROBOT_DEAD_TIME, ROBOT_NOISE, ROBOT_RANGE, TOOL_MASS,
+    },
+    plant_file::{INTERVALS, made_by, source_of},
 };
-use crate::plant_file::{INTERVALS, made_by, source_of};
-use fracdiff::parameter::Shown;
-use fracdiff::portable::Form;
-use fracdiff::scheme::{Operator, OperatorHistory};
-use fracdiff::{Differintegrator, Order, Real, Scheme, Seconds};
+use fracdiff::{
+    Differintegrator, Order, Real, Scheme, Seconds,
+    parameter::Shown,
+    portable::Form,
+    scheme::{Operator, OperatorHistory},
+};
 use haptic_analysis::{
     AdmittanceBody, AdmittanceBox, AdmittanceLoop, AdmittanceNumber, AdmittanceWorld, ForceFilter,
     HandImpedance, LoopOperator, Robot, VelocityLoop,
 };
-use haptic_document::parameters::{
-    CURRENT_LAG, DEAD_TIME, Parameter, STATE_A, STATE_B, STATE_B_HAND, STATE_C, STATE_C_HAND,
-    STATE_PLANT,
-};
-use haptic_document::{Cause, Failure, FileError, Interval, Parsed, Table};
-use haptic_loop::plant::{LOOP_STATES, RobotHand, RobotLoop, SimulatedRobot, SimulatedRobotConfig};
-use haptic_loop::units::{
-    Hertz, Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre,
-    Newtons, NewtonsPerMetre,
+use haptic_document::{
+    Cause, Failure, FileError, Interval, Parsed, Table, bad_input,
+    parameters::{
+        CURRENT_LAG, DEAD_TIME, Parameter, STATE_A, STATE_B, STATE_B_HAND, STATE_C, STATE_C_HAND,
+        STATE_PLANT,
+    },
 };
 use haptic_loop::{
     Admittance, LaggedRate, LaggedRateHistory, LoopParameterError, MotionChain, MotionLimits,
     MotionStartRefused, VirtualBody,
+    plant::{LOOP_STATES, RobotHand, RobotLoop, SimulatedRobot, SimulatedRobotConfig},
+    units::{
+        Hertz, Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre,
+        Newtons, NewtonsPerMetre,
+    },
 };
 use haptic_remote::{COEFFICIENTS_MAX, DeviceOperator};
 use nalgebra::{SMatrix, SVector};
@@ -513,12 +519,12 @@ impl RobotInHands {
             Ok(_) => Ok(device),
             Err(
                 error @ (MotionStartRefused::Offset { .. } | MotionStartRefused::Unsteady { .. }),
-            ) => Err(Failure::bad_input(format_args!(
+            ) => Err(bad_input!(
                 "{error}: of a simulated robot lower {ROBOT_NOISE}, or give more {ROBOT_RANGE}"
-            ))),
-            Err(MotionStartRefused::Outside { .. }) => Err(Failure::bad_input(format_args!(
+            )),
+            Err(MotionStartRefused::Outside { .. }) => Err(bad_input!(
                 "a trial begins at 0 m, which is not between the ends of the robot's way: change {MOTION_LOW} or {MOTION_HIGH}"
-            ))),
+            )),
             Err(error) => Err(Failure::run(error)),
         }
     }

@@ -1,13 +1,14 @@
 //! The safety chain of a loop: of the simulated device, or of what runs here beside a device at a port.
 
-use crate::Sensors;
-use crate::advice::parameter;
-use crate::safety::{GuardedDevice, Safety};
+use crate::{
+    Sensors,
+    advice::parameter,
+    safety::{GuardedDevice, Safety},
+};
 use fracdiff::{Real, Seconds};
 use haptic_document::Failure;
 use haptic_link::LoopMode;
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::{SafetyChain, SafetyLimits};
+use haptic_loop::{SafetyChain, SafetyLimits, plant::MassDamperConfig};
 
 /// The chain of the loop that runs here: these limits and what else is asked for, guard and braking made for the device. Beside a device at a
 /// port it does force and rate alone, and with the device's own loop it runs only to be checked.

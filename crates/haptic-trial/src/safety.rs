@@ -4,10 +4,12 @@ mod guard;
 
 /// Keys of the settings, and the limit that each one asks for.
 pub mod keys {
-    use haptic_document::parameters;
-    use haptic_document::parameters::Parameter;
-    use haptic_document::parameters::range::{
-        DAMPINGS_ABOVE_0, DEVICE_TIMES, SENSOR_STEPS, WORKSPACES,
+    use haptic_document::{
+        parameters,
+        parameters::{
+            Parameter,
+            range::{DAMPINGS_ABOVE_0, DEVICE_TIMES, SENSOR_STEPS, WORKSPACES},
+        },
     };
     use haptic_loop::Limit;
 
@@ -69,13 +71,15 @@ pub mod keys {
 
 use fracdiff::parameter::Shown;
 pub use guard::{GuardChoice, GuardedDevice};
-use haptic_document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
-use haptic_document::{Failure, FileError, Named as _, Table};
+use haptic_document::{
+    Failure, FileError, Named as _, Table, bad_input,
+    parameters::{DEVICE, DEVICE_MODEL, Parameter},
+};
 use haptic_link::{Simulation, SimulationKind};
-use haptic_loop::units::{Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{
     EnergyBounding, Limit, PassivityGuard, PassivityObserver, SafetyLimits, SpeedLimit, Stuck,
     Workspace,
+    units::{Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Seconds},
 };
 use keys::{
     self as p, BRAKING, DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG,
@@ -227,32 +231,32 @@ impl Safety {
         if let (Some(jump), None) = (self.number(Limit::Jump), self.number(Limit::Speed))
             && jump > 0.0
         {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "jump {jump} m has no effect without a speed limit: give {SPEED_LIMIT} too, or omit {JUMP}",
                 jump = Shown(jump)
-            )));
+            ));
         }
         let stuck = (self.number(Limit::StuckForce)).is_some_and(|force| force > 0.0);
         if let Some(time) = self.number(Limit::StuckTime).filter(|_| !stuck) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "stuck time {time} s has no effect without a stuck force: give {STUCK_FORCE} too, or omit {STUCK_TIME}",
                 time = Shown(time)
-            )));
+            ));
         }
         let asked = self.guard == GuardChoice::Observer || self.number(Limit::Braking).is_some();
         if let Some(mass) = self.number(Limit::DeviceMass).filter(|_| !asked) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "device mass {mass} kg has no effect on a simulated device: give {} or {BRAKING} too, or omit {DEVICE_MASS}",
                 GUARD.set_to(GuardChoice::Observer.name()),
                 mass = Shown(mass)
-            )));
+            ));
         }
         let bounding = GUARD.set_to(GuardChoice::EnergyBounding.name());
         let bounded = self.guard == GuardChoice::EnergyBounding;
         if let Some(damping) = self.device.damping_n_s_per_m.filter(|_| !bounded) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "device damping {damping} N·s/m has no effect on a simulated device: give {bounding} too, or omit {DEVICE_DAMPING}",
-            )));
+            ));
         }
         self.acts_on_device()
     }
@@ -284,10 +288,10 @@ impl Safety {
     pub fn on_rig(self, known: &GuardedDevice, real: bool) -> Result<Self, Failure> {
         let with_device = self.with_device(known, real);
         if !real && with_device == self {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "a device file has no effect on the simulated rig: omit {DEVICE_MODEL}, or give {device_serial_path}, {GUARD} or {BRAKING}",
                 device_serial_path = DEVICE.set_to("serial:PATH")
-            )));
+            ));
         }
         Ok(with_device)
     }
@@ -304,11 +308,11 @@ impl Safety {
             (self.device.noise_m, "noise", "m"),
         ] {
             if let Some(value) = value {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "device {what} {value} {unit} has no effect without the guard energy-bounding: give {} too, or omit it",
                     GUARD.set_to(GuardChoice::EnergyBounding.name()),
                     value = Shown(value)
-                )));
+                ));
             }
         }
         Ok(())
@@ -363,10 +367,10 @@ impl GuardChoice {
     /// If a property of the device that it needs is unknown.
     pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<PassivityGuard>, Failure> {
         let unknown = |what, key: &dyn fmt::Display| {
-            Failure::bad_input(format_args!(
+            bad_input!(
                 "guard {} needs to know the {what} of a real device: give {key}",
                 self.name()
-            ))
+            )
         };
         let known =
             |value: Option<f64>, what, key: Parameter| value.ok_or_else(|| unknown(what, &key));

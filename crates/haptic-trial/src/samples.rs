@@ -2,11 +2,9 @@
 
 use crate::tick::KeptSample;
 use fracdiff::parameter::Shown;
-use haptic_document::Failure;
-use haptic_document::parameters::TRIAL_DURATION;
+use haptic_document::{Failure, bad_input, parameters::TRIAL_DURATION};
 use haptic_message::TickMessage;
-use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::{ops::RangeInclusive, path::PathBuf};
 
 /// Reader of the ticks of a log in these files, in order.
 pub type ReadTicks =
@@ -134,13 +132,13 @@ pub fn count(
     if allowed.contains(&samples) {
         return Ok(samples as u64);
     }
-    Err(Failure::bad_input(format_args!(
+    Err(bad_input!(
         "duration {} s in steps of {} s is {samples} samples, not in [{}, {:e}]: change {TRIAL_DURATION}",
         Shown(duration_s),
         Shown(sample_time_s),
         allowed.start(),
         allowed.end()
-    )))
+    ))
 }
 
 #[cfg(test)]

@@ -1,9 +1,13 @@
 //! The sensors that the user asked for, or none.
 
-use haptic_document::Failure;
-use haptic_document::parameters::{ENCODER_RESOLUTION, SENSOR_NOISE};
-use haptic_loop::plant::{ForceSensor, ForceSensorConfig, Sensed};
-use haptic_loop::units::{Metres, Seconds};
+use haptic_document::{
+    Failure,
+    parameters::{ENCODER_RESOLUTION, SENSOR_NOISE},
+};
+use haptic_loop::{
+    plant::{ForceSensor, ForceSensorConfig, Sensed},
+    units::{Metres, Seconds},
+};
 use serde::Serialize;
 
 /// Sensors between the position and the loop.

@@ -6,14 +6,17 @@
 //! What simulates a relaxation or creep goes through here; a trial of a wall needs no messages, its judge sees the ticks themselves. A run
 //! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.
 
-use crate::ending::Ending;
-use crate::tick::{TickRecord, by_loop};
+use crate::{
+    ending::Ending,
+    tick::{TickRecord, by_loop},
+};
 use fracdiff::Real;
-use haptic_loop::plant::{IndentationRig, MassDamper, PressedDevice, Sensed};
-use haptic_loop::{Controller, Device, Engaged, Environment};
+use haptic_loop::{
+    Controller, Device, Engaged, Environment,
+    plant::{IndentationRig, MassDamper, PressedDevice, Sensed},
+};
 use haptic_message::{EventMessage, TickMessage};
-use std::convert::Infallible;
-use std::ops::ControlFlow;
+use std::{convert::Infallible, ops::ControlFlow};
 
 /// A system that runs tick by tick: a loop on a simulated device, or both sides of a teleoperation.
 pub trait World<const D: usize = 1> {

@@ -3,8 +3,10 @@
 use fracdiff::Real;
 use haptic_link::BatchItem;
 use haptic_loop::LoopSample;
-use haptic_message::flaw::{IMPOSSIBLE, LATE_FORCE};
-use haptic_message::{PerAxis, TickMessage};
+use haptic_message::{
+    PerAxis, TickMessage,
+    flaw::{IMPOSSIBLE, LATE_FORCE},
+};
 use nalgebra::SVector;
 
 /// A tick as a run keeps it, in memory and for its judges.

@@ -2,14 +2,15 @@
 //!
 //! `CAMPAIGN_CASES` sets how many; 24 unless it is given.
 
-use control_tuning::Specification;
-use control_tuning::design::{ControlDesign, SAMPLES_A_RADIAN, usual_sample_time};
+use control_tuning::{
+    Specification,
+    design::{ControlDesign, SAMPLES_A_RADIAN, usual_sample_time},
+};
 use core::f64::consts::PI;
 use fracdiff::{Scheme, Seconds};
-use fractional_control::analysis::analyse;
-use fractional_control::num_complex::Complex;
-use fractional_control::run::samples_for;
-use fractional_control::{ControlError, PidParameters, Plant};
+use fractional_control::{
+    ControlError, PidParameters, Plant, analysis::analyse, num_complex::Complex, run::samples_for,
+};
 use rayon::prelude::*;
 use testkit::{Random, assert_relative};
 

@@ -1,11 +1,9 @@
 //! Baselines and designs, by the loop that runs.
 
 use crate::fixture::{not_flat, p, pi, plant};
-use control_tuning::design::ControlDesign;
-use control_tuning::{Specification, integer_baseline};
+use control_tuning::{Specification, design::ControlDesign, integer_baseline};
 use fracdiff::Seconds;
-use fractional_control::ControllerSetup;
-use fractional_control::analysis::analyse;
+use fractional_control::{ControllerSetup, analysis::analyse};
 use testkit::{assert_close, assert_refused, assert_relative};
 
 /// 400 samples of 10 ms of a step, without limits.

@@ -1,12 +1,13 @@
 //! The same bits over 100 000 samples, by every compiler that is here, without a warning or undefined behaviour.
 
 use super::{CASES, build, hash, hash_of, hash_of_push, header_of, laws, said_by, written};
-use fracdiff::portable::Form;
-use fracdiff::{Differintegrator as _, OperatorList, PortableOperator};
+use fracdiff::{Differintegrator as _, OperatorList, PortableOperator, portable::Form};
 use fracdiff_c::{CHeader, CNumber, WallLaw};
-use std::num::NonZero;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread::available_parallelism;
+use std::{
+    num::NonZero,
+    sync::atomic::{AtomicUsize, Ordering},
+    thread::available_parallelism,
+};
 use testkit::Folder;
 
 /// Every warning that C programmers look at.

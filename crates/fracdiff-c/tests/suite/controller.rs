@@ -1,7 +1,10 @@
 //! Controllers in C against controllers in Rust.
 
-use super::bits::{COMPILERS, Compilers, WARNINGS, for_each};
-use super::{SAMPLES, fnv, is_here, output, said_by, source, written};
+use super::{
+    SAMPLES,
+    bits::{COMPILERS, Compilers, WARNINGS, for_each},
+    fnv, is_here, output, said_by, source, written,
+};
 use fracdiff::{Real, Scheme, Seconds};
 use fracdiff_c::{CHeader, CNumber};
 use fractional_control::{
@@ -9,8 +12,10 @@ use fractional_control::{
     CroneParameters, FractionalPid, LeadController, LeadLagParameters, Mode, PidParameters,
     SetPoint, Station, TidParameters,
 };
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+};
 use testkit::Folder;
 
 const MODES: usize = 112;

@@ -8,8 +8,10 @@ mod target;
 use fracdiff::{Differintegrator as _, Operator, OperatorList, Order, Real, Scheme, Seconds};
 use fracdiff_c::{CHeader, CNumber, WallLaw};
 use haptic_loop::DepthMap;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::{
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
 
 /// Samples of a run, as in `run.c`.
 const SAMPLES: u32 = 100_000;

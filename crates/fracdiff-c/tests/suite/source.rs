@@ -4,8 +4,10 @@ use super::{CASES, build, controller, header_of, is_here, laws};
 use fracdiff::{OperatorList, Seconds};
 use fracdiff_c::{CHeader, CNumber, HeaderError};
 use fractional_control::{ControllerList, ControllerSetup, PidParameters};
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+};
 use testkit::{Folder, assert_says};
 
 #[test]

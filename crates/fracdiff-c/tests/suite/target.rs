@@ -1,9 +1,11 @@
 //! The same bits on a Cortex-M4F, in QEMU, and what it takes there.
 
-use super::controller::{self, Case};
-use super::{build, hash, header_of, is_here, output, source};
-use std::path::Path;
-use std::process::Command;
+use super::{
+    build,
+    controller::{self, Case},
+    hash, header_of, is_here, output, source,
+};
+use std::{path::Path, process::Command};
 use testkit::Folder;
 
 /// Flash and RAM of half a derivative over an hour, and of a PI^λD^μ over 200 s: code, tables, history. A quarter of a KiB of the

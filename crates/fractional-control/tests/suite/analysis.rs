@@ -3,9 +3,11 @@
 use crate::fixture::{near, pi, plant, states};
 use core::array::from_fn;
 use fracdiff::Seconds;
-use fractional_control::analysis::{VerdictCause, analyse};
-use fractional_control::run::{run, run_plant, samples_for};
-use fractional_control::{ControllerSetup, Plant};
+use fractional_control::{
+    ControllerSetup, Plant,
+    analysis::{VerdictCause, analyse},
+    run::{run, run_plant, samples_for},
+};
 use testkit::{assert_close, assert_relative};
 
 fn p(gain: f64, t: f64) -> ControllerSetup {

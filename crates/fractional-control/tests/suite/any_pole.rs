@@ -9,9 +9,9 @@
 
 use crate::fixture::{Draw, pi};
 use fracdiff::Seconds;
-use fractional_control::num_complex::Complex;
 use fractional_control::{
     ControlError, Crossing, HeldPlant, Plant, PowerMemory, Rule, SampledControlLoop,
+    num_complex::Complex,
 };
 use nalgebra::DMatrix;
 

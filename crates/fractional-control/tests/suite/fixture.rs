@@ -1,7 +1,6 @@
 //! What the tests share: impulse responses and golden values, beside the words of `testkit`.
 
-use fractional_control::FractionalTransferFunction;
-use fractional_control::num_complex::Complex;
+use fractional_control::{FractionalTransferFunction, num_complex::Complex};
 pub(crate) use testkit::control::*;
 
 /// `Σ h[j]·e^(−iθj)` of an impulse response.

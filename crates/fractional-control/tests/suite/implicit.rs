@@ -1,9 +1,9 @@
 //! Powers of a bracket and diffusion in plants, against closed forms, golden values and brute force.
 
 use super::fixture::{bdf2, held, p, pi, plant};
-use fractional_control::num_complex::Complex;
 use fractional_control::{
     FractionalTransferFunction, HeldPlant, PidParameters, Plant, SampledControlLoop,
+    num_complex::Complex,
 };
 use testkit::{assert_close, assert_refused, assert_says, table};
 

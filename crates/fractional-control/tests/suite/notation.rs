@@ -1,7 +1,6 @@
 //! The notation: read, printed, refused.
 
-use fractional_control::num_complex::Complex;
-use fractional_control::{ControlError, FractionalTransferFunction, Term};
+use fractional_control::{ControlError, FractionalTransferFunction, Term, num_complex::Complex};
 use proptest::prelude::*;
 use testkit::assert_refused;
 

@@ -3,11 +3,10 @@
 use crate::fixture::{bdf2, of_impulse_response, p, plant, states};
 use core::f64::consts::PI;
 use fracdiff::{FrequencyResponse, Seconds};
-use fractional_control::num_complex::Complex;
 use fractional_control::{
     Actuator, ControllerParameters, CroneParameters, FractionalPid, FractionalTransferFunction,
     HeldPlant, LeadController, LeadLagParameters, PidParameters, Plant, PowerMemory,
-    SampledControlLoop, SetPoint, StateSpace, TidParameters,
+    SampledControlLoop, SetPoint, StateSpace, TidParameters, num_complex::Complex,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 use testkit::assert_close;

@@ -1,7 +1,6 @@
 //! Controllers from lists of numbers, against those that the lists are of.
 
-use fracdiff::Seconds;
-use fracdiff::portable::ListError;
+use fracdiff::{Seconds, portable::ListError};
 use fractional_control::{
     ControllerList, ControllerSetup, CroneParameters, PidParameters, PortableController,
     PortableForm, PortablePart,

@@ -1,13 +1,11 @@
 //! Transfer functions sample by sample, against numerical inversion of the Laplace transform.
 
-use crate::fixture::{Golden, podlubny, randoms};
-use crate::fixture::{bdf2, of_impulse_response};
+use crate::fixture::{Golden, bdf2, of_impulse_response, podlubny, randoms};
 use core::f64::consts::PI;
 use fracdiff::{Differintegrator, FrequencyResponse, Seconds};
-use fractional_control::num_complex::Complex;
 use fractional_control::{
     FractionalTransferFunction, PowerMemory, Rule, SampledTransferFunction, StateSpace,
-    impulse_response, step_response,
+    impulse_response, num_complex::Complex, step_response,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
 use testkit::assert_close;

@@ -4,19 +4,22 @@
 mod board;
 
 use board::{Board, NAME};
-use haptic_board::haptic_link::{
-    CoefficientBlock, Configuration, DeviceReport, DigestBuilder, FRAME_MAX, Field, Keys, Limits,
-    Refusal, Request, Scope, Simulation, SimulationKind, Start, State,
-};
-use haptic_board::haptic_loop::Fault;
-use haptic_board::haptic_remote::{Conversation, Exclusive as _, Incoming};
 use haptic_board::{
     DeviceMemory, HostLine, Image, MainLoop, Queue, RetainedMemory, Shared, TickTimer, Ticker,
-    Watchdog, power_up,
+    Watchdog,
+    haptic_link::{
+        CoefficientBlock, Configuration, DeviceReport, DigestBuilder, FRAME_MAX, Field, Keys,
+        Limits, Refusal, Request, Scope, Simulation, SimulationKind, Start, State,
+    },
+    haptic_loop::Fault,
+    haptic_remote::{Conversation, Exclusive as _, Incoming},
+    power_up,
 };
-use std::cell::{Cell, RefCell};
-use std::collections::VecDeque;
-use std::rc::Rc;
+use std::{
+    cell::{Cell, RefCell},
+    collections::VecDeque,
+    rc::Rc,
+};
 
 /// Where a linker would put the parts of an image there are nine bytes.
 static IMAGE: Image = Image::linked(NAME, [1, 2, 3], [&[]; 7], || [b"1234", b"567", b"89"]);

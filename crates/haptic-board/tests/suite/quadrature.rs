@@ -1,7 +1,6 @@
 //! Counting an encoder from samples, against a shaft that turns.
 
-use haptic_board::Quadrature;
-use haptic_board::haptic_loop::Fault;
+use haptic_board::{Quadrature, haptic_loop::Fault};
 use std::sync::atomic::{AtomicU8, Ordering};
 
 /// Channels at a count: A is bit 0, B bit 1, A leads.

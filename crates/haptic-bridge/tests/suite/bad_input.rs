@@ -2,8 +2,10 @@
 #![expect(unsafe_code, reason = "tests call as C does")]
 
 use haptic_bridge::*;
-use std::ffi::{CStr, CString, c_char};
-use std::ptr;
+use std::{
+    ffi::{CStr, CString, c_char},
+    ptr,
+};
 use testkit::assert_says;
 
 pub(crate) fn device(name: &CStr) -> HbDevice {

@@ -3,13 +3,14 @@
 use crate::bench::{Bench, TICK_US, description, wall};
 use fracdiff::portable::Form;
 use haptic_link::{FRAME_MAX, Request, Start};
-use haptic_loop::units::Metres;
-use haptic_loop::{Contact, Controller, Device, Reading, SafeForce, Wall};
+use haptic_loop::{Contact, Controller, Device, Reading, SafeForce, Wall, units::Metres};
 use haptic_remote::{DeviceOperator, SimulatedAxes, abilities, prepare};
 use nalgebra::SVector;
-use std::convert::Infallible;
-use std::hint::black_box;
-use std::time::{Duration, Instant};
+use std::{
+    convert::Infallible,
+    hint::black_box,
+    time::{Duration, Instant},
+};
 
 const TICKS: u32 = 300;
 const ROUNDS: u32 = 40;

@@ -2,9 +2,11 @@
 
 use crate::host::Host;
 use haptic_loop::Fault;
-use std::io::{BufRead as _, BufReader, Write as _};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::{
+    io::{BufRead as _, BufReader, Write as _},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+};
 use testkit::Folder;
 
 fn here(path: &str) -> PathBuf {

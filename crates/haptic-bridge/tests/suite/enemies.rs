@@ -1,7 +1,9 @@
 //! Hosts that are killed, flood, fall mute or speak another version: the force is zero within watchdog and stop time.
 
-use crate::bench::{Bench, STOP_TICKS, WATCHDOG_MS, description, wall};
-use crate::mutants::framed;
+use crate::{
+    bench::{Bench, STOP_TICKS, WATCHDOG_MS, description, wall},
+    mutants::framed,
+};
 use haptic_link::{
     Configuration, FRAME_MAX, Header, LoopMode, PROTOCOL_VERSION, Request, Start, encode,
 };

@@ -3,8 +3,10 @@
 use crate::bench::{stiff_wall, wall};
 use haptic_link::{Refusal, Start};
 use haptic_loop::Fault;
-use haptic_remote::LinkError;
-use haptic_remote::serial::{ConnectOptions, DeviceMessage, SerialError, SerialLink};
+use haptic_remote::{
+    LinkError,
+    serial::{ConnectOptions, DeviceMessage, SerialError, SerialLink},
+};
 use std::time::Duration;
 
 pub(crate) struct Host {

@@ -6,8 +6,7 @@ use haptic_link::{DeviceReport, EventKind, Field, Guard, GuardKind, Refusal, Req
 use haptic_loop::Fault;
 use haptic_trial::robot::RobotModel;
 use nalgebra::Vector3;
-use std::f64::consts::TAU;
-use std::path::Path;
+use std::{f64::consts::TAU, path::Path};
 use testkit::Folder;
 
 const ROBOT: &str = "[admittance]\nbandwidth_hz = 10\ndead_time_s = 0.004\nbody_inertance_n_s_mu_per_m = 8\nbody_damping_n_s_per_m = 20\n";

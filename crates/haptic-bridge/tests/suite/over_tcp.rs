@@ -2,17 +2,21 @@
 //! twice as long, so that no watchdog ends before a line that a busy machine serves late.
 #![expect(unsafe_code, reason = "tests call as C does")]
 
-use crate::bad_input::device;
-use crate::bench::{STOP_TICKS, WATCHDOG_MS, transaction, wall};
+use crate::{
+    bad_input::device,
+    bench::{STOP_TICKS, WATCHDOG_MS, transaction, wall},
+};
 use haptic_bridge::*;
 use haptic_link::{DeviceReport, FRAME_MAX, Request, Start};
 use haptic_remote::{Conversation, Incoming};
 use nalgebra::Vector3;
-use std::ffi::{CStr, c_int};
-use std::io::{ErrorKind, Read as _, Write as _};
-use std::net::TcpStream;
-use std::ptr;
-use std::time::Duration;
+use std::{
+    ffi::{CStr, c_int},
+    io::{ErrorKind, Read as _, Write as _},
+    net::TcpStream,
+    ptr,
+    time::Duration,
+};
 
 /// Time for the threads of the line after the first call that waits for an answer.
 const PAUSE: Duration = Duration::from_millis(1);

@@ -5,8 +5,7 @@ use haptic_bridge::{Description, Reason, Trouble};
 use haptic_link::{
     Configuration, DeviceReport, Limits, OperatorForm, OperatorShape, Request, Start,
 };
-use haptic_loop::Fault;
-use haptic_loop::realtime::Waiter;
+use haptic_loop::{Fault, realtime::Waiter};
 use std::time::Duration;
 use testkit::Random;
 

@@ -3,8 +3,10 @@
 use crate::bench::{Bench, TICK_US, description, wall};
 use fracdiff::portable::Form;
 use haptic_link::DeviceReport;
-use haptic_loop::units::{Newtons, NewtonsPerSecond, Seconds};
-use haptic_loop::{Controller, Device, Reading, SafeForce, SafetyChain, Wall};
+use haptic_loop::{
+    Controller, Device, Reading, SafeForce, SafetyChain, Wall,
+    units::{Newtons, NewtonsPerSecond, Seconds},
+};
 use haptic_remote::DeviceOperator;
 use nalgebra::SVector;
 use std::convert::Infallible;

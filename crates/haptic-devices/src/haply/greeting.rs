@@ -1,13 +1,16 @@
 //! Opening a 2DIY: the board is configured, and its first answers are checked.
 
-use super::hardware::Haply2Diy;
-use super::model::{HaplyName, Home};
-use super::protocol::{ANSWER_BYTES, HaplyTrouble, configuration, judged, resynchronise, torques};
+use super::{
+    hardware::Haply2Diy,
+    model::{HaplyName, Home},
+    protocol::{ANSWER_BYTES, HaplyTrouble, configuration, judged, resynchronise, torques},
+};
 use haptic_loop::realtime::Moment;
-use haptic_remote::Patience;
-use haptic_remote::serial::{Line, SerialError};
-use std::io::ErrorKind;
-use std::time::Duration;
+use haptic_remote::{
+    Patience,
+    serial::{Line, SerialError},
+};
+use std::{io::ErrorKind, time::Duration};
 use thiserror::Error;
 
 /// Bits per second; a USB port of the board's own has no speed.

@@ -1,17 +1,21 @@
 //! The 2DIY behind the device's side of the link: with one axis, a line of its plane, or with both.
 
-use super::kinematics::Posture;
-use super::model::{HaplyModel, HaplyName, HaplyPlane, middle};
-use super::protocol::{
-    ANSWER_BYTES, HaplyTrouble, TORQUE_MAX_NM, configuration, judged, reset, resynchronise, torques,
+use super::{
+    kinematics::Posture,
+    model::{HaplyModel, HaplyName, HaplyPlane, middle},
+    protocol::{
+        ANSWER_BYTES, HaplyTrouble, TORQUE_MAX_NM, configuration, judged, reset, resynchronise,
+        torques,
+    },
 };
 use haptic_link::{Capabilities, Conduct};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, TroubleCause, USB_PERIOD_US};
-use haptic_remote::{Exchange, Hardware, abilities};
+use haptic_remote::{
+    Exchange, Hardware, abilities,
+    serial::{BoardTrouble, Line, ServedHardware, TroubleCause, USB_PERIOD_US},
+};
 use nalgebra::{SMatrix, SVector, Vector2};
-use std::io::ErrorKind;
-use std::time::Duration;
+use std::{io::ErrorKind, time::Duration};
 
 /// Largest force along a line, N: both motors make it wherever 40 mm < y < 130 mm and the handle is within 50 mm of the middle.
 pub const FORCE_MAX_N: f32 = 1.5;

@@ -11,14 +11,16 @@
 //! 1.5: there a torque above [`TORQUE_MAX_NM`] is cut, type 0 stops no motor, an unknown type is skipped, a frame that is cut off
 //! waits for its rest, and a configuration takes the present place as home.
 
-use super::kinematics::{Posture, Singular};
-use super::model::{HaplyModel, Version};
+use super::{
+    kinematics::{Posture, Singular},
+    model::{HaplyModel, Version},
+};
 use haptic_loop::Fault;
 use haptic_remote::serial::TroubleCause;
 use thiserror::Error;
 
 /// Number of the device on its board, that of the maker's examples.
-pub(crate) const DEVICE_ID: u8 = 5;
+const DEVICE_ID: u8 = 5;
 /// Largest torque that the board lets a motor make, N·m.
 pub const TORQUE_MAX_NM: f64 = 0.123;
 /// Bytes of a frame of torques.

@@ -1,18 +1,21 @@
 //! Opening an Inverse3: the service is asked for its version, the device is found, its filters are set, and read back.
 
-use super::hardware::{Inverse3, Socket};
-use super::in_time::{InTime, PATIENCE};
-use super::name::Inverse3Name;
-use super::trouble::{Inverse3OpenError, Inverse3Trouble};
-use super::wire::{PRESET, opening, position};
+use super::{
+    hardware::{Inverse3, Socket},
+    in_time::{InTime, PATIENCE},
+    name::Inverse3Name,
+    trouble::{Inverse3OpenError, Inverse3Trouble},
+    wire::{PRESET, opening, position},
+};
 use haptic_loop::realtime::Moment;
 use haptic_quantity::short;
 use serde_json::Value;
-use std::io::{Error, ErrorKind, Read, Write};
-use std::net::{TcpStream, ToSocketAddrs as _};
-use std::time::Duration;
-use tungstenite::protocol::WebSocketConfig;
-use tungstenite::{Error as Failed, HandshakeError, Message};
+use std::{
+    io::{Error, ErrorKind, Read, Write},
+    net::{TcpStream, ToSocketAddrs as _},
+    time::Duration,
+};
+use tungstenite::{Error as Failed, HandshakeError, Message, protocol::WebSocketConfig};
 
 /// Time for which a read waits before the clock is checked again.
 const LOOK: Duration = Duration::from_millis(20);

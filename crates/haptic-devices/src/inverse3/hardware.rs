@@ -7,15 +7,19 @@
 //! message goes out before it, so that no force waits in a queue and acts later. A position is one tick old at least. *Cost* of a
 //! tick: a message each way, two calls of the system; `tungstenite` and the text of the force allocate, nothing else does.
 
-use super::in_time::InTime;
-use super::name::Inverse3Name;
-use super::trouble::Inverse3Trouble;
-use super::wire::{before_force, force, position};
+use super::{
+    in_time::InTime,
+    name::Inverse3Name,
+    trouble::Inverse3Trouble,
+    wire::{before_force, force, position},
+};
 use crate::moteus::is_not_now;
 use haptic_link::{Capabilities, SerialNumber};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{BoardTrouble, ServedHardware, TroubleCause};
-use haptic_remote::{Exchange, Hardware, abilities};
+use haptic_remote::{
+    Exchange, Hardware, abilities,
+    serial::{BoardTrouble, ServedHardware, TroubleCause},
+};
 use nalgebra::{SMatrix, SVector, Vector3};
 use std::io::{Read, Write};
 use tungstenite::{Message, WebSocket};

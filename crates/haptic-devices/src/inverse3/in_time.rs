@@ -1,8 +1,10 @@
 //! A stream whose other end has limited time, however slowly it sends.
 
-use std::fmt;
-use std::io::{ErrorKind, Read, Result, Write};
-use std::time::Duration;
+use std::{
+    fmt,
+    io::{ErrorKind, Read, Result, Write},
+    time::Duration,
+};
 
 /// Time for all messages before the first tick, HTTP and WebSocket together. A service on this machine needs milliseconds.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);

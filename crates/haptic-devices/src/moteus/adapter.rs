@@ -10,8 +10,10 @@
 
 use core::ops::Range;
 use heapless::Vec;
-use moteus_protocol::CanFdFrame;
-use moteus_protocol::fdcanusb::{self, EncodeOptions, Line, MAX_LINE_LENGTH};
+use moteus_protocol::{
+    CanFdFrame,
+    fdcanusb::{self, EncodeOptions, Line, MAX_LINE_LENGTH},
+};
 use std::io::{ErrorKind, Read, Write};
 
 const CHUNK: usize = 1024;
@@ -44,7 +46,7 @@ pub(super) enum Heard {
 /// The text of an adapter on a stream of bytes whose reads do not wait.
 #[derive(Debug)]
 pub(super) struct Adapter<S> {
-    pub(super) stream: S,
+    pub stream: S,
     checksums: Checksums,
     chunk: [u8; CHUNK],
     /// Unread part of the chunk.

@@ -7,21 +7,25 @@
 //! one tick old, less the time of the way to the servo. *Cost* of a tick: one line each way, some 10⁴ operations, two calls
 //! of the system; no allocation.
 
-use super::adapter::{Adapter, Gone, Heard};
-use super::frames::{Frames, HOST, Reply, Route};
-use super::settings::{MoteusName, MoteusSettings};
-use super::trouble::{Instead, MoteusOpenError, MoteusTrouble};
+use super::{
+    adapter::{Adapter, Gone, Heard},
+    frames::{Frames, HOST, Reply, Route},
+    settings::{MoteusName, MoteusSettings},
+    trouble::{Instead, MoteusOpenError, MoteusTrouble},
+};
 use haptic_link::{Capabilities, ControllerCost};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{
-    BoardTrouble, Line, ServedHardware, USB_PERIOD_US, open, port_of, ports,
+use haptic_remote::{
+    CONTROLLER_COST, Exchange, Hardware, abilities,
+    serial::{BoardTrouble, Line, ServedHardware, USB_PERIOD_US, open, port_of, ports},
 };
-use haptic_remote::{CONTROLLER_COST, Exchange, Hardware, abilities};
 use moteus_protocol::{CanFdFrame, Mode};
 use nalgebra::SVector;
-use std::io::{Read, Write};
-use std::string::ToString as _;
-use std::time::Duration;
+use std::{
+    io::{Read, Write},
+    string::ToString as _,
+    time::Duration,
+};
 
 /// Bits per second of a servo on a UART; an adapter on USB has no speed.
 const BAUD: u32 = 921_600;

@@ -9,11 +9,11 @@
 //! blocks of their own: whatever is lost, shifted or cut off behind them, the servo makes no more than was meant. A drive frame
 //! has 40 bytes, an answer 20. *Cost*: some 200 operations each; no allocation, no panic.
 
-use moteus_protocol::command::StopCommand;
-use moteus_protocol::query::{QueryFormat, QueryResult};
 use moteus_protocol::{
     CanFdFrame, Mode, Register, Resolution, WriteCanData, WriteCombiner, calculate_arbitration_id,
+    command::StopCommand,
     parse_arbitration_id,
+    query::{QueryFormat, QueryResult},
 };
 
 /// Number of this program on the bus, as with the maker's own clients.
@@ -42,11 +42,11 @@ const ASKED: [(Register, &[Resolution]); 2] = [
 #[derive(Debug, PartialEq)]
 pub(super) struct Reply {
     /// Number of the mode: an unknown one too.
-    pub(super) mode: u8,
-    pub(super) position_rev: f32,
-    pub(super) velocity_rev_per_s: f32,
-    pub(super) torque_nm: f32,
-    pub(super) fault: i8,
+    pub mode: u8,
+    pub position_rev: f32,
+    pub velocity_rev_per_s: f32,
+    pub torque_nm: f32,
+    pub fault: i8,
 }
 
 impl Reply {
@@ -64,8 +64,8 @@ impl Reply {
 /// Speaker and listener of a frame.
 #[derive(Debug)]
 pub(super) struct Route {
-    pub(super) from: u8,
-    pub(super) to: u8,
+    pub from: u8,
+    pub to: u8,
 }
 
 impl Route {

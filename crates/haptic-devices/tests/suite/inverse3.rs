@@ -1,24 +1,29 @@
 //! The Inverse3 behind the device's side of the link, on the emulated service: in virtual time, and over sockets as far as time does not
 //! matter.
 
-use haptic_devices::ForeignName;
-use haptic_devices::inverse3::{
-    InTime, Inverse3, Inverse3Name, Inverse3OpenError, Inverse3Trouble,
+use haptic_devices::{
+    ForeignName,
+    inverse3::{InTime, Inverse3, Inverse3Name, Inverse3OpenError, Inverse3Trouble},
 };
-use haptic_emulator::AtLine as _;
-use haptic_emulator::inverse3::{Body, Connection, Hand, SILENCE_US, Service, serve};
+use haptic_emulator::{
+    AtLine as _,
+    inverse3::{Body, Connection, Hand, SILENCE_US, Service, serve},
+};
 use haptic_link::{
     Configuration, Limits, LoopMode, NOT_TAKEN, OperatorShape, Start, State, UNANSWERED,
 };
 use haptic_loop::Fault;
-use haptic_remote::serial::ServedHardware as _;
-use haptic_remote::{Hardware as _, TickSide, prepare};
+use haptic_remote::{Hardware as _, TickSide, prepare, serial::ServedHardware as _};
 use nalgebra::Vector3;
-use std::collections::VecDeque;
-use std::io::{ErrorKind, Read, Result, Write};
-use std::net::TcpListener;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::{
+    collections::VecDeque,
+    io::{ErrorKind, Read, Result, Write},
+    net::TcpListener,
+    sync::{
+        Arc, Mutex, MutexGuard,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 use testkit::{assert_close, assert_refused, assert_says};
 
 const ID: &str = "04BA";

@@ -1,12 +1,11 @@
 //! A fractional law at 500 Hz and 1 kHz on devices of other makers, against the exact sum over the motion that was recorded.
 
-use crate::haply::wire::{Law, Running, stroked};
-use crate::moteus::world::{Rig, Wire};
-use fracdiff::batch::Batch;
-use fracdiff::full_memory::Kernel;
-use fracdiff::{Scheme, Seconds};
-use haptic_devices::haply::Version;
-use haptic_devices::moteus::MoteusSettings;
+use crate::{
+    haply::wire::{Law, Running, stroked},
+    moteus::world::{Rig, Wire},
+};
+use fracdiff::{Scheme, Seconds, batch::Batch, full_memory::Kernel};
+use haptic_devices::{haply::Version, moteus::MoteusSettings};
 use haptic_emulator::moteus::Shaft;
 use haptic_link::{Configuration, OperatorShape, State};
 use testkit::{assert_close, operator::order};

@@ -1,13 +1,16 @@
 //! Keys that several kinds share, or that a room below the kinds names.
 
 use super::range::Range;
-use crate::named;
-use crate::parameters;
-use crate::parameters::kind::{Parameter, Paths, joined};
-use crate::parameters::range::{
-    DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
-    FORCES_ABOVE_0, HALF_ANGLES, MASSES, OFFSETS, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS,
-    SPECIMENS, STIFFNESSES,
+use crate::{
+    named, parameters,
+    parameters::{
+        kind::{Parameter, Paths, joined},
+        range::{
+            DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
+            FORCES_ABOVE_0, HALF_ANGLES, MASSES, OFFSETS, POISSON_RATIOS, SAMPLE_TIMES,
+            SENSOR_STEPS, SPECIMENS, STIFFNESSES,
+        },
+    },
 };
 use haptic_link::{Architecture, Limits as Wire, LoopMode};
 use haptic_loop::{Limit, LoadingKind};

@@ -1,11 +1,14 @@
 //! Keys of controller files and plant files.
 
-use super::common::{
-    CURRENT_LAG, DAMPING, DELAY, ENCODER_RESOLUTION, FRICTION, HAND_STIFFNESS, MASS, SENSOR_NOISE,
-};
-use super::kind::{Parameter, Paths};
-use super::range::{
-    ANGULAR_FREQUENCIES, DEAD_TIMES, DURATIONS, MEMORIES, NUMBERS, RATIOS, Range, SAMPLE_TIMES,
+use super::{
+    common::{
+        CURRENT_LAG, DAMPING, DELAY, ENCODER_RESOLUTION, FRICTION, HAND_STIFFNESS, MASS,
+        SENSOR_NOISE,
+    },
+    kind::{Parameter, Paths},
+    range::{
+        ANGULAR_FREQUENCIES, DEAD_TIMES, DURATIONS, MEMORIES, NUMBERS, RATIOS, Range, SAMPLE_TIMES,
+    },
 };
 use crate::parameters;
 

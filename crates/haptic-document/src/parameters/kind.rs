@@ -4,8 +4,7 @@ use super::range::{Range, in_degrees};
 use fracdiff::parameter::Shown;
 use haptic_loop::Limit;
 use haptic_quantity::{Key, WrittenUnit};
-use std::fmt;
-use std::path::Path;
+use std::{fmt, path::Path};
 
 /// The kind of value that a parameter takes, and its default.
 #[derive(Clone, Copy, Debug, PartialEq)]

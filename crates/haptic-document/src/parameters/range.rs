@@ -3,8 +3,7 @@
 //! A range is wide enough for anything that a laboratory has, and narrow enough to catch a wrong unit and to keep every formula
 //! far from where numbers end. A constructor may ask for less; then it says so itself.
 
-use fracdiff::Seconds;
-use fracdiff::parameter::Shown;
+use fracdiff::{Seconds, parameter::Shown};
 use haptic_analysis::{ForcePath, Nondimensional, SampledPlant};
 use haptic_loop::Limit;
 use haptic_teleoperation::ChannelModel;

@@ -1,8 +1,10 @@
 //! Why a device cannot be emulated.
 
 use haptic_loop::LoopParameterError;
-use std::io::{Error, ErrorKind};
-use std::path::PathBuf;
+use std::{
+    io::{Error, ErrorKind},
+    path::PathBuf,
+};
 
 /// A device that could not be emulated.
 #[derive(Debug, thiserror::Error)]

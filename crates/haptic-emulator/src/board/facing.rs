@@ -9,17 +9,16 @@
 
 use super::{Body, Embodied, Emulated, Emulation, EmulatorError, TickTime, Touched, run};
 use haptic_link::{Capabilities, ControllerCost};
-use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{
-    FacingConfig, FacingContact, FacingDevices, FacingSide, ForceSensorConfig, MassDamperConfig,
+use haptic_loop::{
+    Device, Fault, Reading, SafeForce,
+    nalgebra::SVector,
+    plant::{
+        FacingConfig, FacingContact, FacingDevices, FacingSide, ForceSensorConfig, MassDamperConfig,
+    },
+    units::{Kilograms, NewtonSecondsPerMetre, Seconds},
 };
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
-use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::Line;
-use haptic_remote::{CONTROLLER_COST, Hardware, abilities};
-use std::cell::RefCell;
-use std::rc::Rc;
-use std::sync::atomic::AtomicBool;
+use haptic_remote::{CONTROLLER_COST, Hardware, abilities, serial::Line};
+use std::{cell::RefCell, rc::Rc, sync::atomic::AtomicBool};
 
 /// Units of the world in a microsecond: it counts nanoseconds.
 const PER_MICROSECOND: u64 = 1000;

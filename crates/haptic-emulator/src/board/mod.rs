@@ -29,21 +29,28 @@ pub use scripted::HandScript;
 #[cfg(unix)]
 pub use terminal::Terminal;
 
-use crate::at_line::NOBODY;
-use crate::{DuplexDamage, FaultyLine, LineFaults};
+use crate::{DuplexDamage, FaultyLine, LineFaults, at_line::NOBODY};
 use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal};
-use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamperConfig, Sensed};
-use haptic_loop::realtime::Moment;
-use haptic_loop::units::{Metres, Seconds};
-use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{HeldClock, Line};
-use haptic_remote::{DeviceSession, FitsDevice, Hardware, SimulatedAxes, SimulatedPlant, TickSide};
-use std::cell::{Cell, RefCell};
-use std::io::ErrorKind;
-use std::rc::Rc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::time::Duration;
+use haptic_loop::{
+    Device, Fault, Reading, SafeForce,
+    plant::{ForceSensor, ForceSensorConfig, MassDamperConfig, Sensed},
+    realtime::Moment,
+    units::{Metres, Seconds},
+};
+use haptic_remote::{
+    DeviceSession, FitsDevice, Hardware, SimulatedAxes, SimulatedPlant, TickSide,
+    serial::{HeldClock, Line},
+};
+use std::{
+    cell::{Cell, RefCell},
+    io::ErrorKind,
+    rc::Rc,
+    sync::{
+        atomic::{AtomicBool, Ordering},
+        mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel},
+    },
+    time::Duration,
+};
 
 /// Pieces of bytes that wait between the threads at most.
 const WAITING_MOST: usize = 4096;

@@ -8,10 +8,10 @@
 //! - *Outside of a run*, once it stands, it is at its start at 0, and nobody pushes: the sensor rests.
 
 use haptic_link::{Capabilities, ControllerCost, Field, Refusal, Simulation, SimulationKind};
-use haptic_loop::plant::{SimulatedRobot, SimulatedRobotConfig};
 use haptic_loop::{
     Device, Fault, LoopParameterError, MotionLimits, MotionReading, MovingDevice, Reading,
     SafeForce, SafeMotion, VirtualBody,
+    plant::{SimulatedRobot, SimulatedRobotConfig},
 };
 use haptic_remote::{CONTROLLER_COST, DeviceOperator, Hardware, MovedRobot, PlantSetup, abilities};
 use std::convert::Infallible;

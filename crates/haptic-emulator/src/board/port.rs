@@ -4,8 +4,7 @@
 use super::Terminal;
 use super::error::EmulatorError;
 use haptic_remote::serial::{Line, TcpListening};
-use std::net::SocketAddr;
-use std::path::Path;
+use std::{net::SocketAddr, path::Path};
 
 /// Kinds of ports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,9 +9,11 @@
 
 use super::scripted::{HandScript, ScriptedDevice};
 use haptic_link::{Capabilities, ControllerCost, Field, Refusal, Simulation, SimulationKind};
-use haptic_loop::plant::{MassDamperConfig, PressedDevice, PressedSpecimen};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
-use haptic_loop::{Device, Fault, LoopParameterError, Reading, SafeForce};
+use haptic_loop::{
+    Device, Fault, LoopParameterError, Reading, SafeForce,
+    plant::{MassDamperConfig, PressedDevice, PressedSpecimen},
+    units::{Kilograms, NewtonSecondsPerMetre, Seconds},
+};
 use haptic_remote::{FitsDevice, Hardware, PlantSetup, SimulatedPlant};
 
 type PlantOfRun = <SimulatedPlant as Hardware>::Setup;

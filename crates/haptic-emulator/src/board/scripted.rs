@@ -9,11 +9,15 @@
 
 use crate::lead::lead;
 use core::convert::Infallible;
-use fracdiff::Real;
-use fracdiff::parameter::{positive, range};
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Metres, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
-use haptic_loop::{Device, LoopParameterError, Reading, SafeForce};
+use fracdiff::{
+    Real,
+    parameter::{positive, range},
+};
+use haptic_loop::{
+    Device, LoopParameterError, Reading, SafeForce,
+    plant::{MassDamper, MassDamperConfig},
+    units::{Metres, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds},
+};
 
 /// `k_h`, N/m, and `b_h`, N·s/m: those of a finger, as in a simulated session.
 const GRIP: (f64, f64) = (300.0, 5.5);

@@ -3,9 +3,11 @@
 use super::error::EmulatorError;
 use haptic_remote::serial::Line;
 use serialport::{SerialPort, TTYPort};
-use std::fmt;
-use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 /// A pseudo-terminal that a host can open.
 #[derive(Debug)]

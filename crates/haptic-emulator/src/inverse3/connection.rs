@@ -2,13 +2,17 @@
 
 use super::service::Service;
 use crate::AtLine;
-use std::collections::VecDeque;
-use std::fmt::Write as _;
-use std::io::{self, ErrorKind, Read, Write};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use tungstenite::handshake::derive_accept_key;
-use tungstenite::protocol::{Role, WebSocketConfig};
-use tungstenite::{Message, WebSocket};
+use std::{
+    collections::VecDeque,
+    fmt::Write as _,
+    io::{self, ErrorKind, Read, Write},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+use tungstenite::{
+    Message, WebSocket,
+    handshake::derive_accept_key,
+    protocol::{Role, WebSocketConfig},
+};
 
 /// Longest head of a request, bytes.
 const HEAD_MOST: usize = 8192;

@@ -1,15 +1,17 @@
 //! The service at a port, in real time.
 
-use super::connection::Connection;
-use super::service::Service;
-use crate::AtLine as _;
-use crate::at_line::NOBODY;
+use super::{connection::Connection, service::Service};
+use crate::{AtLine as _, at_line::NOBODY};
 use haptic_loop::realtime::Moment;
-use std::io::{ErrorKind, Read as _, Result, Write as _};
-use std::net::{TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::{
+    io::{ErrorKind, Read as _, Result, Write as _},
+    net::{TcpListener, TcpStream},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 /// Longest wait of a read: the service advances at least once in this time.
 const PATIENCE: Duration = Duration::from_millis(20);

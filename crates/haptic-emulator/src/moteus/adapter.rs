@@ -3,8 +3,10 @@
 
 use super::servo::EmulatedServo;
 use crate::at_line::AtLine;
-use moteus_protocol::CanFdFrame;
-use moteus_protocol::fdcanusb::{self, MAX_LINE_LENGTH};
+use moteus_protocol::{
+    CanFdFrame,
+    fdcanusb::{self, MAX_LINE_LENGTH},
+};
 use std::io::Write as _;
 
 /// Counts of an emulated servo.

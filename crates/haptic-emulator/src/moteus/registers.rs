@@ -1,9 +1,9 @@
 //! Registers of the emulated servo: what a frame sets, how a value is written into an answer.
 
-use moteus_protocol::scaling::{self, Scaling};
 use moteus_protocol::{
     CanFdFrame, Register, Resolution, Subframe, SubframeType, Value, WriteCanData, WriteCombiner,
     parse_frame,
+    scaling::{self, Scaling},
 };
 
 /// First and last register of a position command.

@@ -1,7 +1,9 @@
 //! The servo: registers, modes, watchdog, a shaft with inertia and damping.
 
-use super::registers::{Quantity, Registers, answer, parsable};
-use super::shaft::{Shaft, Turning};
+use super::{
+    registers::{Quantity, Registers, answer, parsable},
+    shaft::{Shaft, Turning},
+};
 use core::f64::consts::TAU;
 use haptic_loop::{LoopParameterError, RangeError};
 use moteus_protocol::{

@@ -2,9 +2,11 @@
 
 use core::f64::consts::TAU;
 use fracdiff::parameter::range;
-use haptic_loop::LoopParameterError;
-use haptic_loop::plant::RampHold;
-use haptic_loop::units::{Metres, Seconds};
+use haptic_loop::{
+    LoopParameterError,
+    plant::RampHold,
+    units::{Metres, Seconds},
+};
 
 /// The shaft of an emulated servo and what holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +55,8 @@ pub struct Hand {
 pub(super) struct Turning {
     shaft: Shaft,
     profile: Option<RampHold>,
-    pub(super) angle_rad: f64,
-    pub(super) speed_rad_per_s: f64,
+    pub angle_rad: f64,
+    pub speed_rad_per_s: f64,
 }
 
 impl Turning {

@@ -1,18 +1,14 @@
 //! A run that is kept in memory and the same run read again from its log are judged alike.
 
-use crate::experiment::coupler::CouplerExperiment;
-use crate::experiment::indentation::Indentation;
-use crate::experiment::wall::WallExperiment;
-use crate::open::ExperimentFile;
+use crate::{
+    experiment::{coupler::CouplerExperiment, indentation::Indentation, wall::WallExperiment},
+    open::ExperimentFile,
+};
 use haptic_document::Failure;
 use haptic_judge::modelled_tissue::ModelledTissue;
-use haptic_run::Watched;
-use haptic_run::folder::FolderRequest;
-use haptic_run::{Ran, Supervisor};
+use haptic_run::{Ran, Supervisor, Watched, folder::FolderRequest};
 use serde_json::Value;
-use std::collections::BTreeMap;
-use std::path::Path;
-use std::sync::Arc;
+use std::{collections::BTreeMap, path::Path, sync::Arc};
 use testkit::Folder;
 
 /// Weights of the operator that stands for the full history are right to 1e-9; sums of them, of one sign

@@ -3,11 +3,12 @@
 use super::trial::{Conducted, OfSample, OffN, Trial, conducted, incomparable, law_of, limited};
 use fracdiff::Order;
 use haptic_document::{Failure, FileError, Table};
-use haptic_judge::coupler::CouplerTrial;
-use haptic_judge::reference::{ReferenceSeries, ReferenceWeights, operator};
 pub(crate) use haptic_judge::setup::Beside;
-use haptic_run::Ran;
-use haptic_run::remote::RemoteLaw;
+use haptic_judge::{
+    coupler::CouplerTrial,
+    reference::{ReferenceSeries, ReferenceWeights, operator},
+};
+use haptic_run::{Ran, remote::RemoteLaw};
 use haptic_trial::GuardChoice;
 
 /// A coupler, and how it is run.

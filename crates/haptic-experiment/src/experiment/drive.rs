@@ -16,31 +16,40 @@ mod tests;
 use fracdiff::parameter::Shown;
 use fractional_control::{ControlError, ControllerSetup};
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::range::FORCE_LIMITS;
-use haptic_document::parameters::{
-    CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
+use haptic_document::{
+    Failure, FileError, Table, bad_input,
+    parameters::{
+        CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
+        range::FORCE_LIMITS,
+    },
 };
-use haptic_document::{Failure, FileError, Table};
 use haptic_judge::controller_holder::ControllerHolder;
 use haptic_link::{ControllerLaw, OperatorShape};
-use haptic_loop::Environment;
-use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{FacingContact, RampHold, RigDrive};
-use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_loop::{
+    Environment,
+    nalgebra::SVector,
+    plant::{FacingContact, RampHold, RigDrive},
+    units::{NewtonSecondsPerMetre, NewtonsPerMetre},
+};
 use haptic_quantity::written;
-use haptic_run::device::DeviceName;
-use haptic_run::remote::RemoteDevice;
-use haptic_trial::advice::single;
-use haptic_trial::device_table::{device_model_by, without};
-use haptic_trial::keys::drive::{CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE, DRIVE_FORCE_LIMIT};
-use haptic_trial::{ControllerFile, DeviceModel};
+use haptic_run::{device::DeviceName, remote::RemoteDevice};
+use haptic_trial::{
+    ControllerFile, DeviceModel,
+    advice::single,
+    device_table::{device_model_by, without},
+    keys::drive::{CONTACT_DAMPING, CONTACT_STIFFNESS, DRIVE, DRIVE_FORCE_LIMIT},
+};
 pub(crate) use judge::{DriveJudge, DriveReport, drive_columns};
 pub(crate) use path::{PressPath, Section};
 pub(crate) use preflight::{TissueLaw, device};
 pub(crate) use second::{DriveSamples, SecondReport, tell};
-use std::fmt::Debug;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::{
+    fmt::Debug,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
 
 /// `[drive]`, beside an experiment on this device, of which a file may say more; its tissue resists with this peak, N.
 pub(crate) fn drive(
@@ -149,18 +158,18 @@ impl Drive {
     fn limited(&self, sample_time_s: f64) -> Result<ControllerSetup, Failure> {
         let limit = self.force_limit_n;
         if !DRIVE_FORCE_LIMIT.range().contains(limit) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "drive force limit {} N is not {} N: change {DRIVE_FORCE_LIMIT}",
                 Shown(limit),
                 DRIVE_FORCE_LIMIT.range()
-            )));
+            ));
         }
         let made_for_s = self.controller.setup.sample_time_s;
         if (made_for_s / sample_time_s - 1.0).abs() > 1e-9 {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "drive {}: made for a sample time of {made_for_s} s, not {sample_time_s} s: change {SAMPLE_TIME} or {CONTROLLER}",
                 self.name
-            )));
+            ));
         }
         let mut limited = self.controller.setup.clone();
         let within = |end: Option<f64>, most: f64| end.map_or(most, |end| end.clamp(-limit, limit));
@@ -189,7 +198,7 @@ impl Drive {
     }
 
     fn refused(&self, error: &ControlError) -> Failure {
-        Failure::bad_input(format_args!("drive {}: {error}", self.name))
+        bad_input!("drive {}: {error}", self.name)
     }
 }
 

@@ -12,43 +12,55 @@ mod report;
 #[cfg(test)]
 mod tests;
 
-use super::kind::{Conduct, Experiment};
-use super::reading::{metadata, remote};
-use crate::experiment::drive::{self, Drive, DriveDevice, TissueLaw};
-use crate::judge::against::Measured;
-use crate::judge::{Published, Report};
+use super::{
+    kind::{Conduct, Experiment},
+    reading::{metadata, remote},
+};
+use crate::{
+    experiment::drive::{self, Drive, DriveDevice, TissueLaw},
+    judge::{Published, Report, against::Measured},
+};
 use fracdiff::Real;
 use fractional_control::Term;
-use haptic_document::parameters::{
-    CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, TISSUE_IN_LOG,
+use haptic_document::{
+    Failure, FileError, Named as _, Table, bad_input, parameters as p,
+    parameters::{CONTACT, CONTROLLER, CONTROLLER_IN_LOG, DEVICE, DRIVE_LOOP, LOOP, TISSUE_IN_LOG},
 };
-use haptic_document::{Failure, FileError, Named as _, Table, parameters as p};
-use haptic_judge::indentation::{self, IndentationTrial, VirtualTissue};
-use haptic_judge::preflight::{Preflight, WallContact};
-use haptic_judge::rendering::{IndenterContact, Precision};
-use haptic_judge::simulated_rig::SimulatedRig;
+use haptic_judge::{
+    indentation::{self, IndentationTrial, VirtualTissue},
+    preflight::{Preflight, WallContact},
+    rendering::{IndenterContact, Precision},
+    simulated_rig::SimulatedRig,
+};
 use haptic_link::{LoopMode, Simulation};
-use haptic_loop::plant::{FacingConfig, HeldRig, RigDrive, Sensed};
-use haptic_loop::units::{Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, Limit, SafetyChain, SafetyLimits};
-use haptic_run::Watched;
-use haptic_run::remote::{
-    PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
-    indentation as indented, no_operator, portable, push,
+use haptic_loop::{
+    Controller, Limit, SafetyChain, SafetyLimits,
+    plant::{FacingConfig, HeldRig, RigDrive, Sensed},
+    units::{Newtons, NewtonsPerSecond},
 };
-use haptic_run::{Ran, run_logged};
-use haptic_trial::advice::parameter;
-use haptic_trial::device_table::device_model;
-use haptic_trial::drive_verdict::DriveVerdict;
-use haptic_trial::preflight::{Findings, note_findings};
-use haptic_trial::safe_chain::{chain, limits_here};
-use haptic_trial::safety::{GuardChoice, GuardedDevice};
-use haptic_trial::simulate::{SimulatedLoop, Sink, simulate};
-use haptic_trial::tick::KeptSample;
-use std::collections::BTreeMap;
-use std::ops::{Deref, DerefMut};
-use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
+use haptic_run::{
+    Ran, Watched,
+    remote::{
+        PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, fits_two_devices,
+        indentation as indented, no_operator, portable, push,
+    },
+    run_logged,
+};
+use haptic_trial::{
+    advice::parameter,
+    device_table::device_model,
+    drive_verdict::DriveVerdict,
+    preflight::{Findings, note_findings},
+    safe_chain::{chain, limits_here},
+    safety::{GuardChoice, GuardedDevice},
+    simulate::{SimulatedLoop, Sink, simulate},
+    tick::KeptSample,
+};
+use std::{
+    collections::BTreeMap,
+    ops::{Deref, DerefMut},
+    sync::{Arc, atomic::AtomicU64},
+};
 
 /// A piece of tissue under an indenter, the operator that renders it, and the rig it is rendered on.
 #[derive(Clone, Debug)]
@@ -390,33 +402,31 @@ impl Indentation {
             if matches!(self.load, RigDrive::Force(_))
                 && second.remote.loop_mode == LoopMode::Device
             {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "the force that the {CONTROLLER} of a drive holds in a creep test is that of the other device: use {}",
                     DRIVE_LOOP.set_to("host")
-                )));
+                ));
             }
             fits_two_devices(self.check()?)?;
         } else if let Some(remote) = &self.conduct.remote {
             if matches!(self.load, RigDrive::Force(_)) {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "no device measures the force that the {CONTROLLER} of a drive holds in a creep test: use [relax], or omit {DEVICE}"
-                )));
+                ));
             }
             if remote.loop_mode == LoopMode::Host {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "the {CONTROLLER} of a drive runs on the device: use {loop_device}",
                     loop_device = LOOP.set_to("device")
-                )));
+                ));
             }
         }
         match self.contact {
             IndenterContact::Compliant => Ok(()),
-            IndenterContact::Rigid | IndenterContact::Ideal => {
-                Err(Failure::bad_input(format_args!(
-                    "the {CONTROLLER} of a drive moves a mass, and this contact has none: use {contact_compliant}",
-                    contact_compliant = CONTACT.set_to("compliant")
-                )))
-            }
+            IndenterContact::Rigid | IndenterContact::Ideal => Err(bad_input!(
+                "the {CONTROLLER} of a drive moves a mass, and this contact has none: use {contact_compliant}",
+                contact_compliant = CONTACT.set_to("compliant")
+            )),
         }
     }
 

@@ -1,16 +1,15 @@
 //! The interface of an experiment of any kind.
 
 use crate::judge::{Published, Report};
-use haptic_document::parameters::KeyTable;
-use haptic_document::{Failure, FileError, Table};
+use haptic_document::{Failure, FileError, Table, parameters::KeyTable};
 use haptic_judge::setup::Beside;
 use haptic_link::LoopMode;
-use haptic_run::Watched;
-use haptic_run::remote::RemoteDevice;
-use haptic_run::schedule::{Pace, Schedule};
-use std::any::Any;
-use std::collections::BTreeMap;
-use std::fmt::Debug;
+use haptic_run::{
+    Watched,
+    remote::RemoteDevice,
+    schedule::{Pace, Schedule},
+};
+use std::{any::Any, collections::BTreeMap, fmt::Debug};
 
 /// Makes an experiment of its own table and those beside it.
 type Read = fn(&Table<'_>, Beside<'_>) -> Result<Box<dyn Experiment>, FileError>;

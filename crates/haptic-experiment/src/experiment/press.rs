@@ -17,54 +17,60 @@ mod report;
 #[cfg(test)]
 mod tests;
 
-use super::drive::{self, Drive, HostDrive, PressPath, Section};
-use super::kind::{Conduct, Experiment};
-use super::reading::{metadata, remote};
-use super::trial::no_law_there;
+use super::{
+    drive::{self, Drive, HostDrive, PressPath, Section},
+    kind::{Conduct, Experiment},
+    reading::{metadata, remote},
+    trial::no_law_there,
+};
 use crate::judge::{Published, Report};
 use doubts::Open;
-use fracdiff::Scheme;
-use fracdiff::parameter::Shown;
+use fracdiff::{Scheme, parameter::Shown};
 use fractional_control::Term;
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::range::{
-    DURATIONS, FREQUENCIES_HZ, REACHES_ABOVE_0, STIFFNESSES_ABOVE_0,
+use haptic_document::{
+    Failure, FileError, Table, named, parameters, parameters as p,
+    parameters::{
+        CONTROLLER, CONTROLLER_IN_LOG, DEVICE, FORCE_LIMIT, FORCE_RATE_LIMIT, LOOP, Parameter,
+        SAMPLE_TIME, TISSUE_IN_LOG, joined,
+        range::{DURATIONS, FREQUENCIES_HZ, REACHES_ABOVE_0, STIFFNESSES_ABOVE_0},
+    },
 };
-use haptic_document::parameters::{
-    CONTROLLER, CONTROLLER_IN_LOG, DEVICE, FORCE_LIMIT, FORCE_RATE_LIMIT, LOOP, SAMPLE_TIME,
-    TISSUE_IN_LOG,
+use haptic_judge::{
+    modelled_tissue::TissuePiece,
+    rendering::DEPTH,
+    tissue_table::{fits, piece},
+    trial::force_and_rate,
 };
-use haptic_document::parameters::{Parameter, joined};
-use haptic_document::{Failure, FileError, Table, named, parameters, parameters as p};
-use haptic_judge::modelled_tissue::TissuePiece;
-use haptic_judge::rendering::DEPTH;
-use haptic_judge::tissue_table::{fits, piece};
-use haptic_judge::trial::force_and_rate;
 use haptic_link::LoopMode;
-use haptic_loop::plant::{
-    ForceSensorConfig, MassDamperConfig, PressedDevice, PressedSpecimen, RampHold, Sensed,
-    SpecimenMatter,
+use haptic_loop::{
+    Controller, SafetyLimits,
+    plant::{
+        ForceSensorConfig, MassDamperConfig, PressedDevice, PressedSpecimen, RampHold, Sensed,
+        SpecimenMatter,
+    },
+    units::{Metres, NewtonsPerMetre, Seconds},
 };
-use haptic_loop::units::{Metres, NewtonsPerMetre, Seconds};
-use haptic_loop::{Controller, SafetyLimits};
-use haptic_run::Watched;
-use haptic_run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank};
-use haptic_run::{Ran, run_logged};
-use haptic_trial::Sensors;
-use haptic_trial::advice::parameter;
-use haptic_trial::device_table::dynamics;
-use haptic_trial::device_table::{device, force_sensor, samples_fit, without};
-use haptic_trial::drive_verdict::DriveVerdict;
-use haptic_trial::keys::drive::DRIVE_FORCE_LIMIT;
-use haptic_trial::preflight::{Findings, note_findings};
-use haptic_trial::safe_chain::safe_chain;
-use haptic_trial::safety::{Safety, safety};
-use haptic_trial::samples::WHOLE_MOST;
-use haptic_trial::sensor_offset::OFFSET_SAMPLES;
-use haptic_trial::simulate::SimulatedLoop;
+use haptic_run::{
+    Ran, Watched,
+    remote::{RemoteDevice, RemoteLaw, RemoteRun, blank},
+    run_logged,
+};
+use haptic_trial::{
+    Sensors,
+    advice::parameter,
+    device_table::{device, dynamics, force_sensor, samples_fit, without},
+    drive_verdict::DriveVerdict,
+    keys::drive::DRIVE_FORCE_LIMIT,
+    preflight::{Findings, note_findings},
+    safe_chain::safe_chain,
+    safety::{Safety, safety},
+    samples::WHOLE_MOST,
+    sensor_offset::OFFSET_SAMPLES,
+    simulate::SimulatedLoop,
+};
 pub use record::PressRecord;
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 parameters! {
     pub(crate) mod keys;
@@ -125,7 +131,7 @@ pub(crate) struct Press {
     protocol: Protocol,
     path: Arc<PressPath>,
     /// The specimen: its shape, and the tissue of a simulated one.
-    pub(crate) piece: TissuePiece,
+    pub piece: TissuePiece,
     device: MassDamperConfig,
     /// Its parameters as far as its file leaves them open.
     open: Open,

@@ -1,15 +1,20 @@
 //! Keys of every table: the device at a port; and metadata of every log.
 
 use super::kind::Conduct;
-use fracdiff::Scheme;
-use fracdiff::parameter::Shown;
-use haptic_document::parameters::{DEVICE, Parameter};
-use haptic_document::{FileError, Table, parameters as p};
+use fracdiff::{Scheme, parameter::Shown};
+use haptic_document::{
+    FileError, Table, parameters as p,
+    parameters::{DEVICE, Parameter},
+};
 use haptic_link::Limits;
-use haptic_run::device::DeviceName;
-use haptic_run::remote::{RemoteDevice, device_name};
-use haptic_trial::device_table::{calibration, without};
-use haptic_trial::safety::Safety;
+use haptic_run::{
+    device::DeviceName,
+    remote::{RemoteDevice, device_name},
+};
+use haptic_trial::{
+    device_table::{calibration, without},
+    safety::Safety,
+};
 use std::collections::BTreeMap;
 
 /// The device at a port; `None` for the simulated one.

@@ -21,37 +21,45 @@ mod side;
 mod tests;
 
 use super::kind::{Conduct, Experiment as _};
-use fracdiff::num_complex::Complex;
-use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Order, Scheme, Seconds};
+use fracdiff::{Operator, Order, Scheme, Seconds, num_complex::Complex, parameter::Shown};
 use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
-use haptic_document::parameters::{
-    DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, SAMPLE_TIME,
-    SCHEME,
+use haptic_document::{
+    Failure, FileError, Table, bad_input, named,
+    parameters::{
+        DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, SAMPLE_TIME,
+        SCHEME,
+    },
 };
-use haptic_document::{Failure, FileError, Table, named};
-use haptic_judge::preflight::{Matter, Preflight, WallContact};
-use haptic_judge::tissue_table::linear_piece;
-use haptic_judge::trial::{VirtualWall, force_and_rate, wall_at_start};
+use haptic_judge::{
+    preflight::{Matter, Preflight, WallContact},
+    tissue_table::linear_piece,
+    trial::{VirtualWall, force_and_rate, wall_at_start},
+};
 use haptic_link::{Architecture, HandSide};
-use haptic_loop::SafetyChain;
-use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
-use haptic_trial::Sensors;
-use haptic_trial::advice::parameter;
-use haptic_trial::device_table::force_sensor;
-use haptic_trial::keys::teleoperation::{
-    AMPLITUDE, ARCHITECTURE, ENVIRONMENT, FREQUENCIES, HAND_COUPLER_ORDER, HAND_DAMPER,
-    HAND_SPRING, HIGH, LINE_DELAY, LINE_DUPLICATION, LINE_JITTER, LINE_LOSS, LINE_SEED, LOW,
-    MUST_BE_PASSIVE, PLACE_DISSIPATION, PLACE_ONE_SIDED, PLACE_ORDER, PLACE_STIFFNESS, PLAYOUT,
-    PRESS, SILENCE, SLAVE_DAMPING, SLAVE_MASS, TELEOPERATION_DURATION, TELEOPERATION_WINDOW,
-    WAVE_IMPEDANCE,
+use haptic_loop::{
+    SafetyChain,
+    plant::{ForceSensorConfig, MassDamperConfig, SUB_STEPS},
+    units::{Kilograms, NewtonSecondsPerMetre},
 };
-use haptic_trial::keys::trial::TRIAL_FORCE_RATE_LIMIT;
-use haptic_trial::preflight::PreflightVerdict;
-use haptic_trial::safe_chain::safe_chain;
-use haptic_trial::safety::{Safety, safety};
+use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
+use haptic_trial::{
+    Sensors,
+    advice::parameter,
+    device_table::force_sensor,
+    keys::{
+        teleoperation::{
+            AMPLITUDE, ARCHITECTURE, ENVIRONMENT, FREQUENCIES, HAND_COUPLER_ORDER, HAND_DAMPER,
+            HAND_SPRING, HIGH, LINE_DELAY, LINE_DUPLICATION, LINE_JITTER, LINE_LOSS, LINE_SEED,
+            LOW, MUST_BE_PASSIVE, PLACE_DISSIPATION, PLACE_ONE_SIDED, PLACE_ORDER, PLACE_STIFFNESS,
+            PLAYOUT, PRESS, SILENCE, SLAVE_DAMPING, SLAVE_MASS, TELEOPERATION_DURATION,
+            TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
+        },
+        trial::TRIAL_FORCE_RATE_LIMIT,
+    },
+    preflight::PreflightVerdict,
+    safe_chain::safe_chain,
+    safety::{Safety, safety},
+};
 pub use line::End;
 pub use side::{FarReport, Terms};
 use std::f64::consts::{PI, TAU};
@@ -77,7 +85,7 @@ pub(crate) struct HandMotion {
 
 impl HandMotion {
     /// Time in which the motion begins, s.
-    pub(crate) const RISE_S: f64 = 1.0;
+    const RISE_S: f64 = 1.0;
 
     /// Up to `count` frequencies from low to high, evenly spaced in the logarithm, each with whole periods in the window.
     pub(crate) fn frequencies(low_hz: f64, high_hz: f64, count: u64, window_s: f64) -> Vec<f64> {
@@ -172,11 +180,11 @@ impl TeleoperationExperiment {
         ] {
             let damping = device.damping.0;
             if self.architecture == Architecture::Wave && impedance > damping {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "wave impedance {impedance} N·s/m is above the damping of the {side}, {damping} N·s/m: lower {WAVE_IMPEDANCE}",
                     impedance = Shown(impedance),
                     damping = Shown(damping)
-                )));
+                ));
             }
         }
         Ok(())
@@ -189,20 +197,20 @@ impl TeleoperationExperiment {
         let most = self.duration_s - HandMotion::RISE_S;
         let whole = (self.window_s / t - (self.window_s / t).round()).abs() < 1e-6;
         if !(self.window_s >= t && self.window_s <= most && whole) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "window {} s is not whole samples of {t} s, {} s below the run: change {TELEOPERATION_WINDOW} or {TELEOPERATION_DURATION}",
                 Shown(self.window_s),
                 HandMotion::RISE_S,
                 t = Shown(t)
-            )));
+            ));
         }
         let highest = self.motion.frequencies_hz.last().copied().unwrap_or(0.0);
         if !(highest > 0.0 && highest < 0.45 / t) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "highest frequency {highest} Hz is not above 0 and below {} Hz: change {HIGH}, {FREQUENCIES} or {SAMPLE_TIME}",
                 Shown(0.45 / t),
                 highest = Shown(highest)
-            )));
+            ));
         }
         Ok(())
     }
@@ -318,11 +326,7 @@ impl TeleoperationExperiment {
         let slave = Dynamics::ideal(self.slave.mass.0, self.slave.damping.0);
         let verdict = loops.proved(slave, 0)?;
         let required = verdict.require_stable(self.conduct.force_unstable);
-        required.map_err(|refusal| {
-            Failure::bad_input(format_args!(
-                "the slave in its remote environment: {refusal}"
-            ))
-        })?;
+        required.map_err(|refusal| bad_input!("the slave in its remote environment: {refusal}"))?;
         Ok(Some(verdict))
     }
 }

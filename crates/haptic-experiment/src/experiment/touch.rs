@@ -15,35 +15,41 @@ mod report;
 mod running;
 mod shape;
 
-use super::kind::{Conduct, Experiment as _};
-use super::reading::remote;
-use fracdiff::parameter::Shown;
-use fracdiff::{Scheme, Seconds};
+use super::{
+    kind::{Conduct, Experiment as _},
+    reading::remote,
+};
+use fracdiff::{Scheme, Seconds, parameter::Shown};
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::range::{
-    DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
-    STIFFNESSES_ABOVE_0, WALL_ORDERS, WORKSPACES,
+use haptic_document::{
+    Failure, FileError, Table, parameters,
+    parameters::{
+        CURRENT_LAG, DELAY, DEVICE, FORCE_LIMIT, FORCE_SENSOR, FRICTION, LESS_THAN_IDEAL,
+        Parameter, SAMPLE_TIME, SCHEME, SENSED_RANGE, TOUCH_AXES, UNNAMED_PIECE, joined,
+        range::{
+            DAMPINGS, DISSIPATIONS, DURATIONS, MASSES, NUMBERS, PLACES, RADII, Range, STIFFNESSES,
+            STIFFNESSES_ABOVE_0, WALL_ORDERS, WORKSPACES,
+        },
+    },
 };
-use haptic_document::parameters::{
-    CURRENT_LAG, DELAY, DEVICE, FORCE_LIMIT, FORCE_SENSOR, FRICTION, LESS_THAN_IDEAL, SAMPLE_TIME,
-    SCHEME, SENSED_RANGE, TOUCH_AXES, UNNAMED_PIECE,
+use haptic_judge::{
+    preflight::{Matter, Preflight, WallContact},
+    tissue_table::{piece, scheme},
+    trial::force_and_rate,
 };
-use haptic_document::parameters::{Parameter, joined};
-use haptic_document::{Failure, FileError, Table, parameters};
-use haptic_judge::preflight::{Matter, Preflight, WallContact};
-use haptic_judge::tissue_table::{piece, scheme};
-use haptic_judge::trial::force_and_rate;
-use haptic_loop::plant::{ForceSensorConfig, MassDamperConfig};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
-use haptic_loop::{Limit, SafetyChain, SafetyLimits};
-use haptic_trial::Sensors;
-use haptic_trial::device_table::dynamics;
-use haptic_trial::device_table::{force_sensor, samples_fit, sensors, without};
-use haptic_trial::keys::trial::TRIAL_FORCE_RATE_LIMIT;
-use haptic_trial::safe_chain::safe_chain;
-use haptic_trial::safety::keys::WORKSPACE_LOW;
-use haptic_trial::safety::{GuardChoice, Safety, safety, workspace};
-use haptic_trial::samples::WHOLE_MOST;
+use haptic_loop::{
+    Limit, SafetyChain, SafetyLimits,
+    plant::{ForceSensorConfig, MassDamperConfig},
+    units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre},
+};
+use haptic_trial::{
+    Sensors,
+    device_table::{dynamics, force_sensor, samples_fit, sensors, without},
+    keys::trial::TRIAL_FORCE_RATE_LIMIT,
+    safe_chain::safe_chain,
+    safety::{GuardChoice, Safety, keys::WORKSPACE_LOW, safety, workspace},
+    samples::WHOLE_MOST,
+};
 use shape::{Circle, Grip, HandPath, TouchBall, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 
@@ -98,7 +104,7 @@ parameters! {
 const WAY: Range = Range::Within(-1e4, 1e7);
 
 /// Mass on an axis that is not given, kg.
-pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
+const TOUCH_MASS_DEFAULT: f64 = 0.065;
 
 /// Keys of `[touch]`.
 pub(crate) const TOUCH: &[Parameter] = &joined::<45>(&[

@@ -4,9 +4,7 @@ mod law_there;
 mod report;
 mod second;
 
-use super::drive::second_device;
-use super::kind::Conduct;
-use super::reading::remote;
+use super::{drive::second_device, kind::Conduct, reading::remote};
 use haptic_document::{FileError, Table, parameters as p};
 use haptic_link::LoopMode;
 use haptic_run::remote::RemoteDevice;

@@ -2,13 +2,13 @@
 
 use super::trial::{Conducted, OffN, Trial, conducted, incomparable, law_of};
 use haptic_document::{Failure, FileError, Table};
-use haptic_judge::preflight::WallContact;
-use haptic_judge::reference::ReferenceWeights;
-use haptic_judge::setup::Beside;
 pub(crate) use haptic_judge::wall::WallTrial;
+use haptic_judge::{preflight::WallContact, reference::ReferenceWeights, setup::Beside};
 use haptic_link::LoopMode;
-use haptic_run::Ran;
-use haptic_run::remote::{RemoteLaw, portable};
+use haptic_run::{
+    Ran,
+    remote::{RemoteLaw, portable},
+};
 
 /// A wall, and how it is run.
 pub(crate) type WallExperiment = Conducted<WallTrial>;

@@ -19,14 +19,18 @@
 //! - *Cost*: 64 interpolations a sample of a modulus before the run, a few sums a sample after it.
 //! - *Source*: linear superposition (L. Boltzmann, Sitzungsber. Akad. Wiss. Wien 70, 1874); indenters as in [`TissuePiece`].
 
-use super::beginning::Beginning;
-use super::origin;
-use super::report::{Files, compared};
+use super::{
+    beginning::Beginning,
+    origin,
+    report::{Files, compared},
+};
 use fracdiff::parameter::Shown;
-use haptic_judge::compared::{Compared, LargestError};
-use haptic_judge::curves::Overlay;
-use haptic_judge::decimated::Decimated;
-use haptic_judge::modelled_tissue::TissuePiece;
+use haptic_judge::{
+    compared::{Compared, LargestError},
+    curves::Overlay,
+    decimated::Decimated,
+    modelled_tissue::TissuePiece,
+};
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::RigDrive;
 use haptic_quantity::{Key, digits, written};

@@ -2,17 +2,13 @@
 
 use crate::judge::warnings::Warnings;
 use fracdiff::Scheme;
-use haptic_document::parameters::Parameter;
-use haptic_document::{Failure, Named as _, Rows};
+use haptic_document::{Failure, Named as _, Rows, parameters::Parameter};
 use haptic_judge::compared::Compared;
 use haptic_link::LoopMode;
-use haptic_run::Ran;
-use haptic_run::folder::RunTable;
-use haptic_run::link_summary::LinkSummary;
-use haptic_run::realtime::RealtimeSummary;
-use haptic_run::record::RunRecord;
-use haptic_trial::preflight::PreflightVerdict;
-use haptic_trial::tick::KeptSample;
+use haptic_run::{
+    Ran, folder::RunTable, link_summary::LinkSummary, realtime::RealtimeSummary, record::RunRecord,
+};
+use haptic_trial::{preflight::PreflightVerdict, tick::KeptSample};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -93,7 +89,7 @@ pub struct RunReport {
     /// Number of ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
     /// Time of a tick; null in a loop on a device, which does not report it.
-    pub(crate) tick_ns: Option<TickTimes>,
+    tick_ns: Option<TickTimes>,
     /// Timing of a run by the clock of this machine; null in another.
     pub(crate) realtime: Option<RealtimeSummary>,
     /// Counts of the link to the device; null without one.

@@ -2,11 +2,15 @@
 
 use haptic_document::parameters::{FORCE_LIMIT, FORCE_RATE_LIMIT, SAMPLE_TIME, SCHEME};
 use haptic_loop::Limiters;
-use haptic_run::Ran;
-use haptic_run::link_summary::{FrameCounts, LinkSummary};
-use haptic_run::record::RunRecord;
-use haptic_trial::safety::keys::{GUARD, RISE_TIME, SPEED_LIMIT, WORKSPACE_HIGH, WORKSPACE_LOW};
-use haptic_trial::tick::KeptSample;
+use haptic_run::{
+    Ran,
+    link_summary::{FrameCounts, LinkSummary},
+    record::RunRecord,
+};
+use haptic_trial::{
+    safety::keys::{GUARD, RISE_TIME, SPEED_LIMIT, WORKSPACE_HIGH, WORKSPACE_LOW},
+    tick::KeptSample,
+};
 
 /// Limiters in the order in which warnings name them.
 const LIMITERS: [Limiters; 8] = [

@@ -1,12 +1,15 @@
 //! The loop of a simulated device by the clock, endless: it is paused, stopped and armed anew.
 
-use haptic_loop::realtime::{Moment, Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
-use haptic_loop::units::Seconds;
-use haptic_trial::in_hand::hand::HeldDevice;
-use haptic_trial::in_hand::running::Running;
-use haptic_trial::in_hand::ticking::{FeltController, LoopCounts, LoopEnds};
-use std::sync::Arc;
-use std::time::Duration;
+use haptic_loop::{
+    realtime::{Moment, Periodic, PeriodicConfig, SpinMargin, ThreadConfig},
+    units::Seconds,
+};
+use haptic_trial::in_hand::{
+    hand::HeldDevice,
+    running::Running,
+    ticking::{FeltController, LoopCounts, LoopEnds},
+};
+use std::{sync::Arc, time::Duration};
 
 /// Runs the loop until an order ends it or nobody gives orders any more. When it returns, the force is zero.
 pub fn run(

@@ -2,8 +2,7 @@
 
 use super::ticking::{FromLoop, Ticked};
 use rtrb::Consumer;
-use std::sync::mpsc::Receiver;
-use std::time::Duration;
+use std::{sync::mpsc::Receiver, time::Duration};
 
 /// Ticks that are taken at a time, at most.
 const BATCH: usize = 1024;

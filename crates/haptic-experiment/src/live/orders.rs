@@ -3,9 +3,10 @@
 use super::ticking::{FromLoop, LoopCounts, LoopEnds, LoopOrder, rings};
 use haptic_document::Failure;
 use rtrb::{Consumer, Producer, RingBuffer};
-use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
+use std::{
+    sync::{Arc, Mutex, MutexGuard, PoisonError, atomic::Ordering},
+    thread::JoinHandle,
+};
 
 /// A lock that a panic elsewhere does not close: the numbers behind it are whole at any time.
 pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -4,11 +4,9 @@ use super::ticking::Ticked;
 use haptic_document::Failure;
 use haptic_log::record::StartTime;
 use haptic_message::{END, EndKind, RunEnd, TickMessage};
-use haptic_run::folder::FolderRequest;
-use haptic_run::recorder::Recorder;
+use haptic_run::{folder::FolderRequest, recorder::Recorder};
 use haptic_trial::tick::by_loop;
-use std::collections::BTreeMap;
-use std::time::SystemTime;
+use std::{collections::BTreeMap, time::SystemTime};
 
 /// A log that begins and ends while the loop goes on.
 #[derive(Debug)]

@@ -1,16 +1,14 @@
 //! The loop of a session: a run like any other, on a simulated device or steered on one at a port.
 
-use super::ticking::{Around, FadingFelt, FeltController, HandPath, LoopOrder, Looping};
-use super::waiting::Gate;
+use super::{
+    ticking::{Around, FadingFelt, FeltController, HandPath, LoopOrder, Looping},
+    waiting::Gate,
+};
 use haptic_loop::{Controller, Engaged, LoopSample};
 use haptic_message::{EventMessage, TickMessage};
 use haptic_run::remote::{Steered, Steers};
-use haptic_trial::ending::Ending;
-use haptic_trial::in_hand::hand::HeldDevice;
-use haptic_trial::simulate::World;
-use haptic_trial::tick::by_loop;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use haptic_trial::{ending::Ending, in_hand::hand::HeldDevice, simulate::World, tick::by_loop};
+use std::sync::{Arc, atomic::AtomicBool};
 
 /// A simulated device with a hand that goes a way.
 pub(super) struct HeldWorld<'a> {
@@ -131,7 +129,7 @@ impl World for HeldWorld<'_> {
 }
 
 /// The law of a device at a port, changed between its ticks.
-pub(super) struct Steering(pub(super) Looping);
+pub(super) struct Steering(pub Looping);
 
 impl Steers<f64, FadingFelt, 1> for Steering {
     fn steer(

@@ -14,40 +14,52 @@ mod opening;
 
 pub use opening::{SessionOptions, SessionReport};
 
-use super::keeper::Keeper;
-use super::orders::{Orders, locked};
-use super::ticking::{LoopOrder, Looping, Stimulus};
-use super::waiting::{Gate, Kept, LOOK, Shared, Watching};
-use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Seconds};
+use super::{
+    keeper::Keeper,
+    orders::{Orders, locked},
+    ticking::{LoopOrder, Looping, Stimulus},
+    waiting::{Gate, Kept, LOOK, Shared, Watching},
+};
+use fracdiff::{Operator, Seconds, parameter::Shown};
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::{DAMPING, DEVICE_MODEL, LOOP, MASS};
-use haptic_document::{Document, Failure};
-use haptic_judge::felt::{Certificate, Certifying, FeltSummary, Tally};
-use haptic_judge::law_region::LawRegion;
-use haptic_judge::trial::no_wall;
-use haptic_judge::wall::WallTrial;
+use haptic_document::{
+    Document, Failure, bad_input,
+    parameters::{DAMPING, DEVICE_MODEL, LOOP, MASS},
+};
+use haptic_judge::{
+    felt::{Certificate, Certifying, FeltSummary, Tally},
+    law_region::LawRegion,
+    trial::no_wall,
+    wall::WallTrial,
+};
 use haptic_link::LoopMode;
 use haptic_loop::{Controller, Pushing, Wall};
 use haptic_message::EventMessage;
 use haptic_quantity::written;
-use haptic_run::realtime::RealtimeOptions;
-use haptic_run::schedule::Pace;
-use haptic_trial::in_hand::fading::Law;
-use haptic_trial::in_hand::hand::HAND_M;
-use haptic_trial::in_hand::law::{fading, ticks};
-use haptic_trial::in_hand::place::Placed;
-use haptic_trial::safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS;
+use haptic_run::{realtime::RealtimeOptions, schedule::Pace};
+use haptic_trial::{
+    in_hand::{
+        fading::Law,
+        hand::HAND_M,
+        law::{fading, ticks},
+        place::Placed,
+    },
+    safety::keys::WORKSPACE_HIGH as WORKSPACE_ENDS,
+};
 use opening::{
     Claim, Connected, Ended, Work, metadata, no_law, prepared, provenance, request, wall,
 };
 use serde::Serialize;
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{Receiver, RecvTimeoutError, channel},
+    },
+    time::Duration,
+};
 
 /// Ticks of virtual time at once, fewer than the ring to the keeper holds.
 const CHUNK: u64 = 2048;
@@ -145,10 +157,10 @@ impl Session {
             .as_ref()
             .filter(|remote| remote.loop_mode == LoopMode::Device)
         {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "the loop of a session is on this computer: omit {LOOP} for {}",
                 remote.name
-            )));
+            ));
         }
         let claim = remote.as_ref().map(|remote| Claim::of(&remote.name));
         let claim = claim.transpose()?;
@@ -319,11 +331,11 @@ impl Session {
     ) -> Result<bool, Failure> {
         self.goes_on()?;
         if !WORKSPACE_ENDS.range().contains(surface_m) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "surface = {} is not {} m: change it",
                 Shown(surface_m),
                 WORKSPACE_ENDS.range()
-            )));
+            ));
         }
         let mut course = locked(&self.course);
         let allowed = course.allowed.get(wall).cloned();
@@ -542,9 +554,9 @@ impl Session {
             time_s >= 0.0 && time_s.is_finite() && (low..=high).contains(&place_m)
         };
         if path.is_empty() || !grows || !path.iter().all(is_within) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "the path of the hand needs times that grow from 0 s on, and places in [{low}, {high}] m: change it"
-            )));
+            ));
         }
         self.orders.give(LoopOrder::Path(path.into()))
     }

@@ -6,14 +6,17 @@ use super::*;
 use fracdiff::Order;
 use haptic_document::{Document, Failure};
 use haptic_log::record::{Entry, LogFiles};
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Seconds as S};
-use haptic_loop::{Environment as _, Pushing};
+use haptic_loop::{
+    Environment as _, Pushing,
+    plant::MassDamperConfig,
+    units::{Kilograms, NewtonSecondsPerMetre, Seconds as S},
+};
 use haptic_message::TickMessage;
 use nalgebra::Vector1;
-use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::{
+    path::Path,
+    sync::{Arc, atomic::AtomicBool},
+};
 use testkit::{Folder, Random};
 
 const T: S = S(1e-3);

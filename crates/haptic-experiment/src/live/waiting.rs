@@ -1,13 +1,15 @@
 //! Time of a session, and what whoever waits for its loop sees of it.
 
-use super::keeper::Watch;
-use super::orders::locked;
-use super::ticking::Ticked;
+use super::{keeper::Watch, orders::locked, ticking::Ticked};
 use haptic_judge::felt::{Certifying, Forces, Tally};
-use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
-use std::time::Duration;
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc, Condvar, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 /// Longest wait before somebody looks whether to stop.
 pub(super) const LOOK: Duration = Duration::from_millis(5);
@@ -43,22 +45,22 @@ impl Gate {
 #[derive(Debug, Default)]
 pub(super) struct Kept {
     /// The number of the next tick, one beyond the newest that is kept.
-    pub(super) made: u64,
-    pub(super) position_m: f64,
+    pub made: u64,
+    pub position_m: f64,
     /// The law of the newest of them.
-    pub(super) stimulus: u64,
+    pub stimulus: u64,
     /// No other law fades.
-    pub(super) settled: bool,
+    pub settled: bool,
     /// Sums over the ticks of the stimulus that is felt.
-    pub(super) tally: Tally,
-    pub(super) certifying: Certifying,
+    pub tally: Tally,
+    pub certifying: Certifying,
     /// Positions that the law has heard, m, and the number of the first.
-    pub(super) past_m: VecDeque<f64>,
-    pub(super) past_from: u64,
+    pub past_m: VecDeque<f64>,
+    pub past_from: u64,
     /// Position before them, where the law began, m.
-    pub(super) start_m: f64,
+    pub start_m: f64,
     /// The loop has ended, and all is kept.
-    pub(super) is_over: bool,
+    pub is_over: bool,
 }
 
 impl Kept {
@@ -97,13 +99,13 @@ impl Kept {
 /// It, for the keeper and whoever waits.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
-    pub(super) kept: Mutex<Kept>,
-    pub(super) moved: Condvar,
+    pub kept: Mutex<Kept>,
+    pub moved: Condvar,
 }
 
 pub(super) struct Watching {
-    pub(super) shared: Arc<Shared>,
-    pub(super) batch: Vec<Ticked>,
+    pub shared: Arc<Shared>,
+    pub batch: Vec<Ticked>,
 }
 
 impl Watch for Watching {

@@ -24,10 +24,15 @@ pub use haptic_trial::safety::keys::*;
 /// Questions of a device at hand, which moves.
 pub const AT_A_DEVICE: [&str; 2] = [MEASUREMENT, CALIBRATION];
 
-use crate::experiment::press::Protocol;
-use crate::experiment::teleoperation::PlaceName;
-use crate::experiment::touch::{GripName, ShapeName};
-use crate::{experiment, question};
+use crate::{
+    experiment,
+    experiment::{
+        press::Protocol,
+        teleoperation::PlaceName,
+        touch::{GripName, ShapeName},
+    },
+    question,
+};
 use haptic_question::choices::{NamedChoice, names};
 use haptic_trial::plant_file::calibration::CALIBRATION_KEYS;
 

@@ -1,8 +1,7 @@
 //! Good files, and what is said of bad ones.
 
 use super::{DocumentOfKind as _, ExperimentFile};
-use crate::experiment::coupler::CouplerExperiment;
-use crate::experiment::wall::WallExperiment;
+use crate::experiment::{coupler::CouplerExperiment, wall::WallExperiment};
 use haptic_document::Document;
 use haptic_loop::Limit;
 use std::path::Path;

@@ -17,13 +17,15 @@ mod conduct;
 mod line;
 
 pub use answer::{CalibrationReport, Calibrator};
-use haptic_document::parameters::DEVICE_MODEL;
-use haptic_document::parameters::Parameter;
-use haptic_document::parameters::range::Range;
-use haptic_document::{Failure, parameters};
+use haptic_document::{
+    Failure, parameters,
+    parameters::{DEVICE_MODEL, Parameter, range::Range},
+};
 use haptic_measurement::{MEASURE_AXIS, MEASURE_BOX, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME};
-use std::sync::Arc;
-use std::sync::mpsc::{TryRecvError, channel};
+use std::sync::{
+    Arc,
+    mpsc::{TryRecvError, channel},
+};
 
 parameters! {
     pub(crate) mod keys;

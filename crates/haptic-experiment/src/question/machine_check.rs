@@ -1,16 +1,19 @@
 //! Check of this machine for a loop at some rate: measures as `cyclictest` does, with the loop's own runner.
 
-use haptic_document::Failure;
-use haptic_document::parameters::{PIN, RATE};
+use haptic_document::{
+    Failure,
+    parameters::{PIN, RATE},
+};
 use haptic_loop::realtime::{Fallback, Periodic, PeriodicConfig, Timing};
-use haptic_run::realtime::RealtimeOptions;
-use haptic_run::realtime::{Microseconds, WorstTick, microseconds};
+use haptic_run::realtime::{Microseconds, RealtimeOptions, WorstTick, microseconds};
 use serde::Serialize;
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
 
 /// A check of this machine: the loop's own runner at several rates.
 #[derive(Clone, Debug, PartialEq)]
@@ -224,7 +227,7 @@ pub(crate) struct Machine {
 
 impl Machine {
     /// Looks into `proc` and `sys` in this folder, `/` but for tests.
-    pub(crate) fn inspect(root: &Path) -> Self {
+    fn inspect(root: &Path) -> Self {
         let (system, cores) = (
             std::env::consts::OS,
             std::thread::available_parallelism().map_or(1, usize::from),

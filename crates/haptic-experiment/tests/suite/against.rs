@@ -7,8 +7,7 @@ use haptic_log::record::{Entry, LogReader};
 use haptic_run::read_document;
 use libm::tgamma;
 use serde_json::Value;
-use std::fmt::Write as _;
-use std::path::Path;
+use std::{fmt::Write as _, path::Path};
 use testkit::{Folder, assert_says};
 
 /// Runs a document whose files lie in this folder: its report.

@@ -1,7 +1,9 @@
 //! Walls that never pull: what is proved of them, how they are hit, and what is refused.
 
-use crate::design::{design, number};
-use crate::touch::{request, supervised};
+use crate::{
+    design::{design, number},
+    touch::{request, supervised},
+};
 use haptic_experiment::ExperimentFile;
 use serde_json::Value;
 use std::path::Path;

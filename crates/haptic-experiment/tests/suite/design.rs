@@ -2,9 +2,7 @@
 
 use haptic_experiment::question::{Answer, Question};
 use serde_json::Value;
-use std::f64::consts::PI;
-use std::path::Path;
-use std::sync::Arc;
+use std::{f64::consts::PI, path::Path, sync::Arc};
 use testkit::{assert_relative, assert_says};
 
 fn ask(text: &str) -> Answer {

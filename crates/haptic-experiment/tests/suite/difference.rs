@@ -3,9 +3,7 @@
 use crate::design::{has, number};
 use haptic_experiment::question::Question;
 use serde_json::Value;
-use std::fs;
-use std::path::Path;
-use std::sync::Arc;
+use std::{fs, path::Path, sync::Arc};
 use testkit::{assert_refused, assert_relative};
 
 /// A device that hardly adds to what is felt, sampled so fast that hold and steps do not count.

@@ -1,16 +1,14 @@
 //! A tissue in place of a wall: what the analyses say of it, against sums of our own, and how far trials let it grow.
 
 use crate::design::{has, number};
-use fracdiff::num_complex::Complex;
-use fracdiff::{Order, grunwald_weights};
-use haptic_experiment::Failure;
-use haptic_experiment::question::{Answer, Question};
+use fracdiff::{Order, grunwald_weights, num_complex::Complex};
+use haptic_experiment::{
+    Failure,
+    question::{Answer, Question},
+};
 use haptic_tissue::{Model, ModelKind};
 use serde_json::Value;
-use std::f64::consts::PI;
-use std::fmt::Write as _;
-use std::path::Path;
-use std::sync::Arc;
+use std::{f64::consts::PI, fmt::Write as _, path::Path, sync::Arc};
 use testkit::{Random, assert_close, assert_refused, assert_relative};
 
 const T: f64 = 1e-3;

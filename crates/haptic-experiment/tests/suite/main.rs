@@ -9,12 +9,9 @@ mod log;
 mod touch;
 
 use haptic_document::Document;
-use haptic_experiment::DocumentOfKind as _;
-use haptic_experiment::{ExperimentFile, Report};
-use haptic_run::FolderRequest;
-use haptic_run::Supervisor;
-use std::collections::BTreeMap;
-use std::path::PathBuf;
+use haptic_experiment::{DocumentOfKind as _, ExperimentFile, Report};
+use haptic_run::{FolderRequest, Supervisor};
+use std::{collections::BTreeMap, path::PathBuf};
 
 /// The report of the document, run into this folder with what it says kept in the log.
 fn ran(document: &Document, out: PathBuf) -> Report {

@@ -8,9 +8,7 @@ use crate::design::number;
 use haptic_experiment::{ExperimentFile, Report};
 use haptic_log::record::{Entry, LogReader};
 use haptic_message::TickMessage;
-use haptic_run::FolderRequest;
-use haptic_run::Supervisor;
-use haptic_run::read_document;
+use haptic_run::{FolderRequest, Supervisor, read_document};
 use std::path::Path;
 use testkit::{Folder, assert_close};
 

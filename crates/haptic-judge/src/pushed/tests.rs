@@ -1,18 +1,19 @@
 //! A second device pushes: the depth in closed form, verdicts beside those of the device's own push, and how both let go.
 
 use super::*;
-use crate::coupler::{COUPLER, COUPLER_REQUIRED, coupler};
-use crate::pushed_trial::PushedTrial as _;
-use crate::settling::{Settling, TrialVerdict};
-use crate::setup::Beside;
-use crate::trial::TrialPlan;
-use crate::wall::{WallTrial, wall};
-use haptic_document::Document;
-use haptic_document::parameters::KeyTable;
-use haptic_trial::keys::drive::DRIVE;
-use haptic_trial::keys::trial::PushBy;
-use haptic_trial::keys::wall::WALL_TABLES;
-use haptic_trial::safety::keys::SAFETY;
+use crate::{
+    coupler::{COUPLER, COUPLER_REQUIRED, coupler},
+    pushed_trial::PushedTrial as _,
+    settling::{Settling, TrialVerdict},
+    setup::Beside,
+    trial::TrialPlan,
+    wall::{WallTrial, wall},
+};
+use haptic_document::{Document, parameters::KeyTable};
+use haptic_trial::{
+    keys::{drive::DRIVE, trial::PushBy, wall::WALL_TABLES},
+    safety::keys::SAFETY,
+};
 use std::path::Path;
 use testkit::Random;
 

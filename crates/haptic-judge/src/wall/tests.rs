@@ -1,11 +1,15 @@
 //! Walls that never pull, by themselves: hits at random loops, and the two laws of contact side by side.
 
 use super::*;
-use crate::settling::{Settling, TrialVerdict};
-use crate::trial::TrialPlan;
+use crate::{
+    settling::{Settling, TrialVerdict},
+    trial::TrialPlan,
+};
 use fracdiff::Seconds;
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_loop::{
+    plant::{MassDamper, MassDamperConfig},
+    units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre},
+};
 use haptic_trial::Sensors;
 use testkit::Random;
 

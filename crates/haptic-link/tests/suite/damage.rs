@@ -11,8 +11,7 @@
 
 use crate::messages::{reports, requests};
 use haptic_link::{Direction, FRAME_MAX, Header, Receiver, encode};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::Debug;
 
 /// `SplitMix64` (G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, 2014).

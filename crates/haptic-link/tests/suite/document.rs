@@ -7,8 +7,10 @@ mod examples;
 mod reader;
 
 use self::reader::{Document, fields, kebab, variant};
-use crate::frames::{body, header, line_with};
-use crate::messages::{ack, batch, refusals, reports, requests};
+use crate::{
+    frames::{body, header, line_with},
+    messages::{ack, batch, refusals, reports, requests},
+};
 use haptic_link::{
     BATCH_MAX, ControllerForm, DeviceReport, Direction, EventKind, FRAME_MAX, Field, GuardKind,
     Header, Limits, LoopMode, OperatorForm, Outcome, PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS,

@@ -4,8 +4,10 @@ mod limits;
 mod numbers;
 mod one_form;
 
-use crate::frames::{body, header, line};
-use crate::messages::{configuration, extreme_batch, reports, requests, sample};
+use crate::{
+    frames::{body, header, line},
+    messages::{configuration, extreme_batch, reports, requests, sample},
+};
 use haptic_link::{
     BATCH_MAX, BatchItem, Conduct, DeviceReport, DigestBuilder, Direction, EncodeError, FRAME_MAX,
     Receiver, Request, SENSED_MAX, Sample, encode,

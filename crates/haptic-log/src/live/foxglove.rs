@@ -7,11 +7,15 @@ use foxglove::{
     WebSocketServerHandle,
 };
 use haptic_message::{EventMessage, LogMessage, TickMessage};
-use std::net::SocketAddr;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::{
+    net::SocketAddr,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc,
+    },
+    time::{Duration, SystemTime, UNIX_EPOCH},
+};
 use tracing::{Dispatch, Metadata, span};
 
 /// Messages that wait for a slow viewer before the oldest are dropped: at 1 kHz, 8 s.

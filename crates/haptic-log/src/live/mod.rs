@@ -17,9 +17,11 @@ mod foxglove;
 pub use self::foxglove::Foxglove;
 
 use haptic_message::{EventMessage, TickMessage};
-use std::fmt::Debug;
-use std::net::SocketAddr;
-use std::sync::{Mutex, PoisonError};
+use std::{
+    fmt::Debug,
+    net::SocketAddr,
+    sync::{Mutex, PoisonError},
+};
 
 /// A viewer of a run. Called from the thread that writes the log, in the order of the log.
 pub trait Live: Debug + Send {

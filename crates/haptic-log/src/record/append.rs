@@ -5,12 +5,13 @@
 //! Everything behind the chunks is written anew, so it costs the size of the index, not of the log. No sample is touched: a power cut in
 //! between leaves a log that ends behind its last chunk. The checksum of the data section, if it has one, is continued over the new record.
 
-use std::fs::File;
-use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
-use std::path::Path;
+use std::{
+    fs::File,
+    io::{self, Read as _, Seek as _, SeekFrom, Write as _},
+    path::Path,
+};
 
-use super::RecordError;
-use super::new_file::open_to_change;
+use super::{RecordError, new_file::open_to_change};
 use mcap::records::op;
 
 /// Name of the metadata record with the verdict on a run, under the key of the same name.
@@ -131,9 +132,7 @@ mod tests {
     use super::*;
     use crate::record::{LogWriter, inspect, recover};
     use haptic_message::TickMessage;
-    use std::collections::BTreeMap;
-    use std::fs;
-    use std::path::PathBuf;
+    use std::{collections::BTreeMap, fs, path::PathBuf};
     use testkit::Folder;
 
     /// A log of 500 ticks.

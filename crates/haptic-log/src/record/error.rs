@@ -1,7 +1,9 @@
 //! Errors of a log.
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use super::{NewFileError, SpanError};
 use haptic_message::MessageError;

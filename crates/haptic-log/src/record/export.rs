@@ -1,11 +1,14 @@
 //! A log as CSV: one row per tick, the [columns](TickMessage::columns) of a tick.
 
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::{
+    io::{BufWriter, Write},
+    path::Path,
+};
 
-use super::new_file::refuse_own_source;
-use super::summary::TickCount;
-use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError};
+use super::{
+    Condition, Entry, Leftover, LogFiles, NewFile, RecordError, new_file::refuse_own_source,
+    summary::TickCount,
+};
 use haptic_message::TickMessage;
 
 /// Rows of an export, and the condition of its log.

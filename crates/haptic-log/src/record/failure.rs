@@ -1,8 +1,7 @@
 //! Failures of a command from errors of its log and of its files: by whom they are to be mended.
 
 use super::{NewFileError, RecordError};
-use haptic_document::parameters::OVERWRITE;
-use haptic_document::{Cause, Failure, is_full};
+use haptic_document::{Cause, Failure, is_full, parameters::OVERWRITE};
 
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {

@@ -6,9 +6,11 @@
 //! - *New*: it gets its name with its first line after the head. *Errors*: [`NewFileError`].
 
 use super::new_file::{Leftover, NewFile, NewFileError, locked, open_to_change};
-use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
-use std::path::{Path, PathBuf};
+use std::{
+    fs::File,
+    io::{Read as _, Seek as _, SeekFrom, Write as _},
+    path::{Path, PathBuf},
+};
 
 /// A file of lines, open for the next one.
 #[derive(Debug)]

@@ -1,10 +1,12 @@
 //! A file that gets its name only when it is whole: bytes go to another name in the same folder, and
 //! [`NewFile::publish`] gives the file its own. Nothing half-written looks complete, whatever kills the process.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::hash::{BuildHasher as _, RandomState};
-use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::{
+    fs::{self, File, OpenOptions, TryLockError},
+    hash::{BuildHasher as _, RandomState},
+    io::{self, Write as _},
+    path::{Path, PathBuf},
+};
 
 /// A file that could not be created or named.
 #[derive(Debug, thiserror::Error)]

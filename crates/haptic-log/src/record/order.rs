@@ -16,8 +16,8 @@ pub(super) struct InOrder {
     next: u64,
     highest: u64,
     /// Ticks that came behind a later one: those put in their place, and those whose place had passed or was taken.
-    pub(super) sorted: u64,
-    pub(super) out_of_order: u64,
+    pub sorted: u64,
+    pub out_of_order: u64,
 }
 
 impl InOrder {

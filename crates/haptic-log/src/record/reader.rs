@@ -2,24 +2,28 @@
 //! chunk whose checksum is right: so a damaged chunk costs its own 100 ms. A wrong length or the end of a cut file
 //! ends the reading; what came before is kept. Memory is one chunk; no length is believed before its bytes are there.
 
-use std::borrow::Cow;
-use std::collections::{BTreeMap, VecDeque};
-use std::fmt;
-use std::fs::File;
-use std::io::{BufReader, Chain, Cursor, Read};
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, VecDeque},
+    fmt,
+    fs::File,
+    io::{BufReader, Chain, Cursor, Read},
+    path::{Path, PathBuf},
+};
 
-use mcap::McapError;
-use mcap::records::{Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{
+    McapError,
+    records::{Record, op},
+    sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions},
+};
 use ruzstd::decoding::FrameDecoder;
 
-use super::new_file::open_file;
-use super::topics::Topics;
-use super::writer::{
-    DRIVE_CHANNEL, DRIVE_TOPIC, EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds,
+use super::{
+    RecordError, StartTime,
+    new_file::open_file,
+    topics::Topics,
+    writer::{DRIVE_CHANNEL, DRIVE_TOPIC, EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds},
 };
-use super::{RecordError, StartTime};
 use haptic_message::{
     EventMessage, Layout, LogMessage, MessageError, MetadataRecord, TickMessage, TickSlot,
 };
@@ -613,10 +617,10 @@ fn size_of(chunk: &[u8]) -> Option<u64> {
 /// The messages of a channel by the index behind each chunk.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Indexed {
-    pub(super) count: u64,
+    pub count: u64,
     /// Log times of the first and the last, ns.
-    pub(super) first_ns: u64,
-    pub(super) last_ns: u64,
+    pub first_ns: u64,
+    pub last_ns: u64,
 }
 
 /// Counts the messages of an index.

@@ -3,10 +3,10 @@
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-use super::new_file::{refuse_being_written, refuse_own_source};
-use super::summary::{Gap, RECOVERED, TickCount, out_of_order};
 use super::{
     Condition, Damage, Entry, Leftover, LogFiles, LogWriter, RecordError, Span, SpanError,
+    new_file::{refuse_being_written, refuse_own_source},
+    summary::{Gap, RECOVERED, TickCount, out_of_order},
 };
 use haptic_message::{DRIVE_END, END};
 

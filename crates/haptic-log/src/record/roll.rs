@@ -7,16 +7,19 @@
 //! another names it ([`NEXT`]), one that follows another names the first ([`CONTINUES`]). [`LogFiles`] reads all of
 //! them as one, and no file of another run.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::fs::File;
-use std::io::{BufReader, BufWriter};
-use std::path::{Path, PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet, VecDeque},
+    fs::File,
+    io::{BufReader, BufWriter},
+    path::{Path, PathBuf},
+};
 
-use super::new_file::{drawn_number, remove_earlier};
-use super::order::InOrder;
 use super::{
     CLOCK, Condition, Damage, Entry, FinishedLog, Leftover, LogReader, LogWriter, RecordError,
-    SYNC_INTERVAL, StartTime, part_of,
+    SYNC_INTERVAL, StartTime,
+    new_file::{drawn_number, remove_earlier},
+    order::InOrder,
+    part_of,
 };
 use haptic_message::{EventMessage, TickMessage};
 

@@ -1,8 +1,10 @@
 //! When a run began, by the wall clock: what lays a log beside the recording of a camera.
 
 use chrono::{DateTime, SecondsFormat, Utc};
-use std::collections::BTreeMap;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::{
+    collections::BTreeMap,
+    time::{Duration, SystemTime, UNIX_EPOCH},
+};
 
 /// Name of the metadata record that says when a run began.
 pub const CLOCK: &str = "clock";

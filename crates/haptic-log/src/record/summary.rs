@@ -1,15 +1,19 @@
 //! Summary of the run in a log: counts, times, gaps, end.
 
-use std::collections::BTreeMap;
-use std::io::{BufReader, Read as _};
-use std::path::Path;
+use std::{
+    collections::BTreeMap,
+    io::{BufReader, Read as _},
+    path::Path,
+};
 
 use serde::Serialize;
 
-use super::new_file::open_file;
-use super::{CONTINUES, Damage, Entry, LogFiles, LogReader, RecordError, StartTime};
-use haptic_message::flaw::FlawCounts;
-use haptic_message::{DRIVE_END, EndKind, EventMessage, MetadataRecord, RunEnd, TickMessage};
+use super::{
+    CONTINUES, Damage, Entry, LogFiles, LogReader, RecordError, StartTime, new_file::open_file,
+};
+use haptic_message::{
+    DRIVE_END, EndKind, EventMessage, MetadataRecord, RunEnd, TickMessage, flaw::FlawCounts,
+};
 
 /// Name of the metadata record that marks a recovered log.
 pub const RECOVERED: &str = "recovered";
@@ -40,17 +44,17 @@ impl Gap {
 /// Counts ticks as they pass.
 #[derive(Debug, Default)]
 pub(crate) struct TickCount {
-    pub(crate) samples: u64,
-    pub(crate) first: Option<(u64, f64)>,
-    pub(crate) last: Option<(u64, f64)>,
-    pub(crate) gaps: Vec<Gap>,
-    pub(crate) flaws: FlawCounts,
+    pub samples: u64,
+    pub first: Option<(u64, f64)>,
+    pub last: Option<(u64, f64)>,
+    pub gaps: Vec<Gap>,
+    pub flaws: FlawCounts,
     /// End of the run, if the log says it.
-    pub(crate) end: Option<RunEnd>,
+    pub end: Option<RunEnd>,
     /// The first file of the log, if this is a later one.
-    pub(crate) continues: Option<String>,
+    pub continues: Option<String>,
     /// Ticks of the drive, if the log has one.
-    pub(crate) drive: Option<Box<Self>>,
+    pub drive: Option<Box<Self>>,
 }
 
 impl TickCount {

@@ -2,11 +2,13 @@
 //! process, but for up to half a minute not a power cut. `sync_data` may take long, so the writer does not wait for
 //! it.
 
-use std::fs::File;
-use std::io;
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::thread::JoinHandle;
-use std::time::Duration;
+use std::{
+    fs::File,
+    io,
+    sync::mpsc::{RecvTimeoutError, Sender, channel},
+    thread::JoinHandle,
+    time::Duration,
+};
 
 /// Time between two syncs of a log that is being written.
 pub const SYNC_INTERVAL: Duration = Duration::from_secs(1);

@@ -1,10 +1,14 @@
 //! One topic of a log, as a table.
 
-use super::topics::{Rows, Topics};
-use super::{Condition, ExportSummary, Leftover, LogFiles, NewFile, RecordError};
+use super::{
+    Condition, ExportSummary, Leftover, LogFiles, NewFile, RecordError,
+    topics::{Rows, Topics},
+};
 use haptic_message::{LogMessage as _, TickMessage};
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::{
+    io::{BufWriter, Write},
+    path::Path,
+};
 
 /// A topic as columns of numbers, all of one length.
 #[derive(Clone, Debug, PartialEq)]

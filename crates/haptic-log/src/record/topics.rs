@@ -118,7 +118,7 @@ pub(super) struct Topics {
     schemas: BTreeMap<u16, (String, String)>,
     /// Topic and decoder of the channels, by their number.
     channels: BTreeMap<u16, (String, Result<Decoder, String>)>,
-    pub(super) rows: BTreeMap<String, Rows>,
+    pub rows: BTreeMap<String, Rows>,
 }
 
 impl Topics {
@@ -161,7 +161,7 @@ pub(super) struct Rows {
     log_times_ns: Vec<u64>,
     /// Numbers by which the writer of the messages counts them; all 0 where nobody does.
     numbers: Vec<u32>,
-    pub(super) columns: Vec<(String, Vec<f64>)>,
+    pub columns: Vec<(String, Vec<f64>)>,
     places: HashMap<String, usize>,
     /// Messages that were not read, and why the last was not.
     refused: Option<(u64, String)>,

@@ -5,20 +5,26 @@
 //! an entry of the index that [`finish`](LogWriter::finish) writes: 10 MB per hour of device time at first. Beyond 65 536
 //! chunks (1.8 h) their time doubles with every 32 768, so that a log twice as long takes 10 MB more.
 
-use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{self, BufWriter, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::Duration,
+};
 
-use mcap::records::{MessageHeader, Metadata};
-use mcap::{Compression, McapResult, WriteOptions};
+use mcap::{
+    Compression, McapResult, WriteOptions,
+    records::{MessageHeader, Metadata},
+};
 
-use super::error::io_error;
-use super::sync::Syncer;
-use super::{CLOCK, Leftover, NewFile, NewFileError, RecordError, StartTime};
+use super::{
+    CLOCK, Leftover, NewFile, NewFileError, RecordError, StartTime, error::io_error, sync::Syncer,
+};
 use haptic_message::{EventMessage, LogMessage, MessageError, TickMessage};
 
 /// A chunk is closed and flushed when this much device time has begun anew, ns: at first.

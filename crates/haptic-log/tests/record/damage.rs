@@ -1,22 +1,25 @@
 //! Logs that are cut off, damaged, or that the disk does not take.
 
-use super::order::{options, reasons, reordered};
-use super::schemas::zstd;
 use super::{
-    CHUNK_TICKS, closed, fill, finished, finished_bytes, parameters, publish, tick, ticks_in,
-    ticks_of,
+    CHUNK_TICKS, closed, fill, finished, finished_bytes,
+    order::{options, reasons, reordered},
+    parameters, publish,
+    schemas::zstd,
+    tick, ticks_in, ticks_of,
 };
 use haptic_log::record::{
     ATTACHMENTS, Damage, Entry, LogReader, LogWriter, NewFileError, RECOVERED, RecordError, Topic,
     export_csv, inspect, recover, skim,
 };
 use haptic_message::TickMessage;
-use std::cell::RefCell;
-use std::fs;
-use std::io::{self, Cursor, Seek, SeekFrom, Write};
-use std::ops::Range;
-use std::path::Path;
-use std::rc::Rc;
+use std::{
+    cell::RefCell,
+    fs,
+    io::{self, Cursor, Seek, SeekFrom, Write},
+    ops::Range,
+    path::Path,
+    rc::Rc,
+};
 use testkit::{Folder, Random, assert_says, broken, cases};
 
 /// A sink that shares its bytes and fails once it holds `limit` of them.

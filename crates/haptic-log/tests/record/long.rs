@@ -1,13 +1,14 @@
 //! Logs too long for one index or one file.
 
-use super::damage::chunks;
-use super::{entries_of, noon, parameters, tick, ticks_in, ticks_of};
+use super::{damage::chunks, entries_of, noon, parameters, tick, ticks_in, ticks_of};
 use haptic_log::record::{
     Damage, Entry, LogFiles, LogWriter, NEXT, ROLL_LEAST, RollingLog, export_csv, inspect, recover,
 };
 use haptic_message::TickMessage;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 use testkit::Folder;
 
 #[test]

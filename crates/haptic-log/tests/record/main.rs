@@ -12,11 +12,13 @@ use haptic_log::record::{
 };
 use haptic_message::{END, EndKind, EventMessage, PerAxis, RunEnd, TickMessage};
 use mcap::records::MessageHeader;
-use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::{BufWriter, Cursor, Seek, Write};
-use std::path::{Path, PathBuf};
-use std::time::{Duration, UNIX_EPOCH};
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    io::{BufWriter, Cursor, Seek, Write},
+    path::{Path, PathBuf},
+    time::{Duration, UNIX_EPOCH},
+};
 use testkit::{Folder, assert_refused, assert_says};
 
 /// 1 kHz, as in the main job.

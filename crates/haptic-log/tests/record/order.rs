@@ -1,13 +1,14 @@
 //! Messages in another order than the ticks: MCAP allows it, and recorders that merge topics write it.
 
-use super::schemas::{oddly_packed, zstd};
-use super::{closed, end, finished_bytes, tick, ticks_in, ticks_of};
+use super::{
+    closed, end, finished_bytes,
+    schemas::{oddly_packed, zstd},
+    tick, ticks_in, ticks_of,
+};
 use haptic_log::record::{Entry, LogFiles, LogSummary, export_csv, inspect, recover, skim};
 use haptic_message::{END, TickMessage};
-use mcap::records::Metadata;
-use mcap::{Compression, Message, MessageStream, WriteOptions};
-use std::fs;
-use std::io::Cursor;
+use mcap::{Compression, Message, MessageStream, WriteOptions, records::Metadata};
+use std::{fs, io::Cursor};
 use testkit::{Folder, Random};
 
 /// The messages of a log in another order, in the chunks of a public writer. It says how its run ended.

@@ -3,10 +3,7 @@
 use super::{TICK_S, end};
 use haptic_log::record::{Entry, LogFiles, LogWriter, RollingLog, export_csv, inspect, recover};
 use haptic_message::{DRIVE_END, END, TickMessage};
-use std::fs::File;
-use std::io::BufWriter;
-use std::ops::Range;
-use std::path::Path;
+use std::{fs::File, io::BufWriter, ops::Range, path::Path};
 use testkit::Folder;
 
 const TICKS: u64 = 1000;

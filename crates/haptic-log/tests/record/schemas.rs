@@ -4,10 +4,12 @@ use super::{closed, finished_bytes, publish, ticks_in, ticks_of};
 use haptic_log::record::{Damage, Entry, LogReader, inspect, recover};
 use haptic_message::TickMessage;
 use mcap::WriteOptions;
-use std::collections::BTreeMap;
-use std::fs;
-use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    fs,
+    io::Cursor,
+    path::{Path, PathBuf},
+};
 use testkit::{Folder, assert_says};
 
 /// Fields of other types before, between and behind ours, in another order; the type of one is defined further down.

@@ -4,12 +4,14 @@
 
 use super::*;
 use crate::OwnLimits;
-use haptic_loop::plant::{RobotHand, RobotLoop, SimulatedRobot, SimulatedRobotConfig};
-use haptic_loop::units::{
-    Hertz, Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre,
-    Newtons,
+use haptic_loop::{
+    MotionChain, MotionLimits, MotionState, MovingDevice as _, Reading, SafeForce,
+    plant::{RobotHand, RobotLoop, SimulatedRobot, SimulatedRobotConfig},
+    units::{
+        Hertz, Kilograms, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre,
+        Newtons,
+    },
 };
-use haptic_loop::{MotionChain, MotionLimits, MotionState, MovingDevice as _, Reading, SafeForce};
 use std::convert::Infallible;
 use testkit::Random;
 

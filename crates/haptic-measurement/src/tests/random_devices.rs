@@ -3,11 +3,15 @@
 //! `CAMPAIGN_CASES` sets how many; 10 unless it is given, 500 at night.
 
 use super::measured;
-use crate::MeasurePlan;
-use crate::estimate::{Measured, MeasuredNumber, estimate};
+use crate::{
+    MeasurePlan,
+    estimate::{Measured, MeasuredNumber, estimate},
+};
 use fracdiff::Seconds;
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons};
+use haptic_loop::{
+    plant::MassDamperConfig,
+    units::{Kilograms, NewtonSecondsPerMetre, Newtons},
+};
 use haptic_trial::Sensors;
 use rayon::prelude::*;
 use testkit::Random;

@@ -1,28 +1,32 @@
 //! Connecting: the port is opened, the device greeted and brought to rest, two threads are started.
 
-use super::error::{SerialError, WAITING};
-use super::line::Line;
-use super::link::{
-    Ends, HEARD_MOST, LISTENS, RETURNS, STOPPED, SerialLink, Shared, is_nothing, write,
+use super::{
+    error::{SerialError, WAITING},
+    line::Line,
+    link::{Ends, HEARD_MOST, LISTENS, RETURNS, STOPPED, SerialLink, Shared, is_nothing, write},
+    port,
+    run::IN_TIME,
+    served::Served,
+    stopping::{is_set, sleep, spawn, unless_stopped},
 };
-use super::port;
-use super::run::IN_TIME;
-use super::served::Served;
-use super::stopping::{is_set, sleep, spawn, unless_stopped};
-use crate::impossible::Plausible;
-use crate::{Conversation, Incoming, LinkError, Patience, abilities, check_keys};
+use crate::{
+    Conversation, Incoming, LinkError, Patience, abilities, check_keys, impossible::Plausible,
+};
 use haptic_link::{Capabilities, DeviceReport, FRAME_MAX, Hello, Request, Sample, State, Status};
 use haptic_loop::realtime::Moment;
-use std::boxed::Box;
-use std::collections::VecDeque;
-use std::collections::hash_map::RandomState;
-use std::hash::{BuildHasher as _, Hasher as _};
-use std::string::ToString;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
-use std::sync::mpsc::sync_channel;
-use std::sync::{Arc, Mutex, OnceLock};
-use std::time::Duration;
-use std::vec::Vec;
+use std::{
+    boxed::Box,
+    collections::{VecDeque, hash_map::RandomState},
+    hash::{BuildHasher as _, Hasher as _},
+    string::ToString,
+    sync::{
+        Arc, Mutex, OnceLock,
+        atomic::{AtomicBool, AtomicU32, AtomicU64},
+        mpsc::sync_channel,
+    },
+    time::Duration,
+    vec::Vec,
+};
 
 /// Requests and forces that wait for the port at most.
 const COMMANDS_MOST: usize = 256;

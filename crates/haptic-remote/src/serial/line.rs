@@ -2,11 +2,13 @@
 
 use haptic_loop::realtime::Moment;
 use serialport::SerialPort;
-use std::boxed::Box;
-use std::collections::VecDeque;
-use std::io::{self, ErrorKind, Read, Write};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::{
+    boxed::Box,
+    collections::VecDeque,
+    io::{self, ErrorKind, Read, Write},
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
 
 /// A two-way connection for bytes: a serial port, a Unix socket, or a [`Pipe`](super::Pipe) of this
 /// process.

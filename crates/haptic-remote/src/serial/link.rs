@@ -1,31 +1,39 @@
 //! A device that has answered, on an open port: what it is, what both ends have counted, and the two threads that speak.
 
-use super::clock::{DeviceClock, Ping, Pings};
-use super::error::{BoardTrouble, TroubleCause};
-use super::line::{Line, lock};
-use super::served::Served;
-use super::stopping::is_set;
-use super::tcp::tcp_address;
-use crate::impossible::Plausible;
-use crate::newtons::ForceFactors;
-use crate::{Conversation, HostCounters, Incoming, LinkError, Patience};
+use super::{
+    clock::{DeviceClock, Ping, Pings},
+    error::{BoardTrouble, TroubleCause},
+    line::{Line, lock},
+    served::Served,
+    stopping::is_set,
+    tcp::tcp_address,
+};
+use crate::{
+    Conversation, HostCounters, Incoming, LinkError, Patience, impossible::Plausible,
+    newtons::ForceFactors,
+};
 use haptic_link::{
     AXES_MAX, Capabilities, DeviceReport, Event, FRAME_MAX, FaultReport, Hello, Request, Sample,
     Status,
 };
-use haptic_loop::Fault;
-use haptic_loop::realtime::Durations;
-use haptic_loop::realtime::{self, Moment, raise_thread};
-use std::boxed::Box;
-use std::collections::VecDeque;
-use std::io::{Error, ErrorKind};
-use std::string::String;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
-use std::thread::JoinHandle;
-use std::time::Duration;
-use std::vec::Vec;
+use haptic_loop::{
+    Fault,
+    realtime::{self, Durations, Moment, raise_thread},
+};
+use std::{
+    boxed::Box,
+    collections::VecDeque,
+    io::{Error, ErrorKind},
+    string::String,
+    sync::{
+        Arc, Mutex, MutexGuard, OnceLock,
+        atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering},
+        mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError},
+    },
+    thread::JoinHandle,
+    time::Duration,
+    vec::Vec,
+};
 
 /// Counters of this end of a link, and how long answers took.
 #[derive(Clone, Debug)]
@@ -339,29 +347,29 @@ pub(super) enum Command {
 
 #[derive(Debug)]
 pub(super) struct Shared {
-    pub(super) conversation: Mutex<Conversation>,
-    pub(super) began: Moment,
-    pub(super) over: AtomicBool,
+    pub conversation: Mutex<Conversation>,
+    pub began: Moment,
+    pub over: AtomicBool,
     /// Time for which the reader has listened, µs.
-    pub(super) listened_us: AtomicU64,
+    pub listened_us: AtomicU64,
     /// It did not answer after a silence: it still gets orders, but no answer is waited for.
-    pub(super) deaf: AtomicBool,
+    pub deaf: AtomicBool,
     /// The last request had no answer in all its tries.
-    pub(super) mute: AtomicBool,
+    pub mute: AtomicBool,
     /// Factors of a device that was calibrated.
-    pub(super) factors: OnceLock<ForceFactors>,
-    pub(super) samples_dropped: AtomicU64,
-    pub(super) forces_dropped: AtomicU64,
-    pub(super) round_trip_us: Mutex<Durations>,
-    pub(super) pings: Mutex<Pings>,
-    pub(super) status: Mutex<Status>,
+    pub factors: OnceLock<ForceFactors>,
+    pub samples_dropped: AtomicU64,
+    pub forces_dropped: AtomicU64,
+    pub round_trip_us: Mutex<Durations>,
+    pub pings: Mutex<Pings>,
+    pub status: Mutex<Status>,
     /// Answers to keep-alives so far: each brings the status of its moment.
-    pub(super) alives: AtomicU64,
+    pub alives: AtomicU64,
     /// Faults of the device when it was armed last; more than there can be before.
-    pub(super) armed_after: AtomicU32,
+    pub armed_after: AtomicU32,
     /// Armed since, and not started: a fault now has ended what was about to run.
-    pub(super) armed_anew: AtomicBool,
-    pub(super) period_us: AtomicU32,
+    pub armed_anew: AtomicBool,
+    pub period_us: AtomicU32,
 }
 
 impl Shared {
@@ -386,9 +394,9 @@ impl Shared {
 
 #[derive(Clone)]
 pub(super) struct Ends {
-    pub(super) shared: Arc<Shared>,
-    pub(super) answers: SyncSender<Result<DeviceReport, LinkError>>,
-    pub(super) heard: SyncSender<DeviceMessage>,
+    pub shared: Arc<Shared>,
+    pub answers: SyncSender<Result<DeviceReport, LinkError>>,
+    pub heard: SyncSender<DeviceMessage>,
 }
 
 impl Ends {

@@ -7,18 +7,22 @@
 //! A stranger does not block others: the device listens to all of them, and serves the first that greets, with every byte that it
 //! has sent.
 
-use super::line::{Line, lock};
-use super::socket::{Stream as _, prompt, set_patience};
+use super::{
+    line::{Line, lock},
+    socket::{Stream as _, prompt, set_patience},
+};
 use crate::Patience;
 use haptic_link::{Direction, FRAME_MAX, Receiver, Request};
 use haptic_loop::realtime::Moment;
-use std::boxed::Box;
-use std::collections::VecDeque;
-use std::format;
-use std::io::{self, ErrorKind, Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::{
+    boxed::Box,
+    collections::VecDeque,
+    format,
+    io::{self, ErrorKind, Read, Write},
+    net::{Shutdown, SocketAddr, TcpListener, TcpStream},
+    sync::{Arc, Mutex},
+    time::Duration,
+};
 
 /// Longest wait of a read or a write, so that the threads notice the end.
 const PATIENCE: Duration = Duration::from_millis(20);

@@ -1,22 +1,22 @@
 //! Serial ports of this machine, and what may be in their place: TCP addresses and Unix sockets.
 
-use super::error::SerialError;
-use super::line::Line;
 #[cfg(unix)]
 use super::socket::Socket;
-use super::tcp;
+use super::{error::SerialError, line::Line, tcp};
 use crate::LinkError;
 use haptic_link::LineCounters;
 use serialport::{ClearBuffer, SerialPortType};
-use std::boxed::Box;
-use std::format;
-use std::io::ErrorKind;
 #[cfg(unix)]
 use std::os::unix::{fs::FileTypeExt as _, net::UnixStream};
-use std::path::Path;
-use std::string::{String, ToString};
-use std::time::Duration;
-use std::vec::Vec;
+use std::{
+    boxed::Box,
+    format,
+    io::ErrorKind,
+    path::Path,
+    string::{String, ToString},
+    time::Duration,
+    vec::Vec,
+};
 
 /// A read returns after this time at the latest, so that a closing link is noticed.
 const READ_TIMEOUT: Duration = Duration::from_millis(20);

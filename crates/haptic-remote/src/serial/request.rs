@@ -1,9 +1,11 @@
 //! Asking and setting: requests that wait for their answer.
 
-use super::error::SerialError;
-use super::line::lock;
-use super::link::{Command, LISTENS, STOPPED, SerialLink};
-use super::stopping::sleep;
+use super::{
+    error::SerialError,
+    line::lock,
+    link::{Command, LISTENS, STOPPED, SerialLink},
+    stopping::sleep,
+};
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DeviceReport,
@@ -11,10 +13,11 @@ use haptic_link::{
     SurfaceShape, WorkspaceBox, block_count,
 };
 use haptic_loop::realtime::Durations;
-use std::sync::atomic::Ordering;
-use std::sync::mpsc::RecvTimeoutError;
-use std::time::Duration;
-use std::vec::Vec;
+use std::{
+    sync::{atomic::Ordering, mpsc::RecvTimeoutError},
+    time::Duration,
+    vec::Vec,
+};
 
 /// Optional parts of a run besides its configuration and coefficients.
 #[derive(Clone, Copy, Debug, Default)]

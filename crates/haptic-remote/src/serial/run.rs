@@ -1,7 +1,9 @@
 //! The device as it runs: samples and notices in, forces out, each run followed to its end.
 
-use super::error::SerialError;
-use super::link::{Command, DeviceMessage, HEARD_MOST, STOPPED, SerialLink};
+use super::{
+    error::SerialError,
+    link::{Command, DeviceMessage, HEARD_MOST, STOPPED, SerialLink},
+};
 use crate::LinkError;
 use fracdiff::Real;
 use haptic_link::{
@@ -10,9 +12,13 @@ use haptic_link::{
 };
 use haptic_loop::{Device, Limiters, Reading, SafeForce};
 use nalgebra::SVector;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, TryRecvError, TrySendError};
-use std::time::Duration;
+use std::{
+    sync::{
+        atomic::{AtomicBool, Ordering},
+        mpsc::{RecvTimeoutError, TryRecvError, TrySendError},
+    },
+    time::Duration,
+};
 
 /// A run that gives no sample for this long is stuck.
 const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);

@@ -1,19 +1,22 @@
 //! A device that this process serves itself: a board of another maker behind the device's side of the link.
 
-use super::error::BoardTrouble;
-use super::line::{Line as _, Pipe, lock};
-use crate::held_clock::HeldClock;
-use crate::{DeviceSession, Exchange, Hardware, TickSide};
-use core::cell::RefCell;
-use core::hint::spin_loop;
+use super::{
+    error::BoardTrouble,
+    line::{Line as _, Pipe, lock},
+};
+use crate::{DeviceSession, Exchange, Hardware, TickSide, held_clock::HeldClock};
+use core::{cell::RefCell, hint::spin_loop};
 use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal, SerialNumber, State};
-use haptic_loop::realtime::Moment;
-use haptic_loop::{Device, Fault, Reading, SafeForce};
-use std::io::{Read as _, Write as _};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
-use std::time::Duration;
+use haptic_loop::{Device, Fault, Reading, SafeForce, realtime::Moment};
+use std::{
+    io::{Read as _, Write as _},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    thread::JoinHandle,
+    time::Duration,
+};
 use thiserror::Error;
 
 /// Shortest tick at which a USB port of full speed, which moves bytes each millisecond, can follow, µs.
@@ -268,7 +271,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
 /// then: the tick fails instead, and the hardware lets go.
 #[derive(Debug)]
 pub(super) struct Punctual<H> {
-    pub(super) hardware: H,
+    pub hardware: H,
     clock: HeldClock,
     /// None for hardware in its own time, which nothing holds up.
     latest_us: Option<u64>,
@@ -373,7 +376,7 @@ impl DeviceTime {
         self.0.load(Ordering::Acquire)
     }
 
-    pub(super) fn pass(&self, passed_us: u64) {
+    fn pass(&self, passed_us: u64) {
         self.0.fetch_add(passed_us, Ordering::AcqRel);
     }
 }

@@ -3,11 +3,13 @@
 use super::line::Line;
 use core::fmt;
 use socket2::{SockRef, TcpKeepalive};
-use std::boxed::Box;
-use std::io::{self, ErrorKind, Read, Write};
-use std::net::TcpStream;
-use std::sync::Arc;
-use std::time::Duration;
+use std::{
+    boxed::Box,
+    io::{self, ErrorKind, Read, Write},
+    net::TcpStream,
+    sync::Arc,
+    time::Duration,
+};
 
 /// Silence after which the system asks whether the other end is still there, and the time between its questions.
 const KEEP_ALIVE: [Duration; 2] = [Duration::from_secs(3), Duration::from_secs(1)];

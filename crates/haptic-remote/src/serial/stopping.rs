@@ -4,12 +4,16 @@ use super::error::SerialError;
 use crate::LinkError;
 use core::fmt::Display;
 use haptic_loop::realtime::Moment;
-use std::string::ToString as _;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
-use std::thread::JoinHandle;
-use std::time::Duration;
+use std::{
+    string::ToString as _,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{RecvTimeoutError, sync_channel},
+    },
+    thread::JoinHandle,
+    time::Duration,
+};
 
 /// Time from one look at the flag to the next.
 const LOOK: Duration = Duration::from_millis(20);
@@ -64,7 +68,7 @@ pub(super) fn spawn(
     builder.spawn(run).map_err(thread_error)
 }
 
-pub(super) fn thread_error(error: impl Display) -> SerialError {
+fn thread_error(error: impl Display) -> SerialError {
     SerialError::Thread {
         reason: error.to_string(),
     }

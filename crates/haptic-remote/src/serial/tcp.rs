@@ -3,18 +3,21 @@
 //! The frames are those of a serial port. Nothing is encrypted and nobody is asked for a password: whoever reaches the address can move the
 //! device, so that it belongs on the loopback or a trusted network.
 
-use super::error::SerialError;
-use super::line::Line;
-use super::listening::{Door, Greeting, Listening};
-use super::socket::{Socket, prompt};
-use std::boxed::Box;
-use std::format;
-use std::io;
-use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs as _};
-use std::string::{String, ToString as _};
-use std::sync::Arc;
-use std::time::Duration;
-use std::vec::Vec;
+use super::{
+    error::SerialError,
+    line::Line,
+    listening::{Door, Greeting, Listening},
+    socket::{Socket, prompt},
+};
+use std::{
+    boxed::Box,
+    format, io,
+    net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs as _},
+    string::{String, ToString as _},
+    sync::Arc,
+    time::Duration,
+    vec::Vec,
+};
 
 /// Before the address in the path of a line.
 const SCHEME: &str = "tcp:";

@@ -2,11 +2,13 @@
 
 mod staging;
 
-use crate::connections::{Arrived, Connections};
-use crate::hardware::{Exclusive, Hardware};
-use crate::prepared::COEFFICIENTS_MAX;
-use crate::records::Records;
-use crate::tick_side::TickSide;
+use crate::{
+    connections::{Arrived, Connections},
+    hardware::{Exclusive, Hardware},
+    prepared::COEFFICIENTS_MAX,
+    records::Records,
+    tick_side::TickSide,
+};
 use core::borrow::BorrowMut;
 #[cfg(feature = "controllers")]
 use haptic_link::ControllerLaw;

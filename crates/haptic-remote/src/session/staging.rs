@@ -1,10 +1,12 @@
 //! Configurations on their way: staged piece by piece, checked, and put in force all at once.
 
 use super::DeviceSession;
-use crate::hardware::{Exclusive, Hardware};
-use crate::prepared::{COEFFICIENTS_MAX, Prepared, digest, prepare};
-use crate::records::Records;
-use crate::tick_side::TickSide;
+use crate::{
+    hardware::{Exclusive, Hardware},
+    prepared::{COEFFICIENTS_MAX, Prepared, digest, prepare},
+    records::Records,
+    tick_side::TickSide,
+};
 use core::borrow::BorrowMut;
 #[cfg(feature = "controllers")]
 use haptic_link::ControllerLaw;

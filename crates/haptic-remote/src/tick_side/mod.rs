@@ -12,12 +12,14 @@
 mod requests;
 mod ticking;
 
-use crate::hardware::Hardware;
 #[cfg(feature = "controllers")]
 use crate::holding::Holding;
-use crate::prepared::{Law, Prepared, prepare};
-use crate::records::{Records, Stream, Tick};
-use crate::rendered::Rendered;
+use crate::{
+    hardware::Hardware,
+    prepared::{Law, Prepared, prepare},
+    records::{Records, Stream, Tick},
+    rendered::Rendered,
+};
 use core::borrow::BorrowMut;
 use haptic_link::{
     Configuration, DeviceReport, EventKind, Reason, Refusal, Simulation, State, Statistics, Status,

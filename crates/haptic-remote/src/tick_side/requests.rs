@@ -1,9 +1,11 @@
 //! The device's loop as a host moves it: arm, start, stop, forces, configurations.
 
 use super::TickSide;
-use crate::hardware::Hardware;
-use crate::prepared::Prepared;
-use crate::records::{Records, Stream};
+use crate::{
+    hardware::Hardware,
+    prepared::Prepared,
+    records::{Records, Stream},
+};
 use core::borrow::BorrowMut;
 use haptic_link::{EventKind, Field, LoopMode, Reason, Refusal, Start, State, Trouble};
 use haptic_loop::Fault;

@@ -1,8 +1,10 @@
 //! The tick: time judged, a force or none, what is remembered of it, and how runs end.
 
 use super::TickSide;
-use crate::hardware::Hardware;
-use crate::records::{Notice, Records, Stream, Tick};
+use crate::{
+    hardware::Hardware,
+    records::{Notice, Records, Stream, Tick},
+};
 use core::borrow::BorrowMut;
 use haptic_link::{Event, EventKind, FaultReport, LoopMode, NOT_TAKEN, Reason, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};

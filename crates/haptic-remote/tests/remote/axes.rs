@@ -1,7 +1,9 @@
 //! A device of two axes: vectors, limits of the norm, a box, enemies.
 
-use crate::line::beyond;
-use crate::plane::{FORCE_N, Plane, configuration};
+use crate::{
+    line::beyond,
+    plane::{FORCE_N, Plane, configuration},
+};
 use haptic_emulator::LineFaults;
 use haptic_link::{
     AxisWorkspace, DeviceReport, DigestBuilder, Field, Refusal, Request, Sample, SampleBatch,

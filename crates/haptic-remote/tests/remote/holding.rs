@@ -1,7 +1,9 @@
 //! A controller that a device runs by itself: the bits of the host's, and every refusal before a force.
 
-use crate::line::{Bench, START, device, transaction};
-use crate::plane::Plane;
+use crate::{
+    line::{Bench, START, device, transaction},
+    plane::Plane,
+};
 use fracdiff::Seconds;
 use fractional_control::{
     Controller, ControllerParameters, ControllerSetup, CroneParameters, FractionalPid,

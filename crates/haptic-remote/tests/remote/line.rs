@@ -1,7 +1,6 @@
 //! A device of any number of axes and its host, with a line between them that may be bad, in virtual time.
 
-use crate::mirror::Mirror;
-use crate::witness::Witness;
+use crate::{mirror::Mirror, witness::Witness};
 use haptic_emulator::{FaultyLine, LineFaults};
 use haptic_link::{
     CoefficientBlock, Configuration, DeviceReport, DigestBuilder, EventKind, FRAME_MAX, Field,

@@ -3,13 +3,16 @@
 use crate::tcp::ideal;
 use haptic_emulator::board::emulate;
 use haptic_link::{Direction, LineCounters, Receiver, Request};
-use haptic_loop::Reading;
-use haptic_loop::realtime::Moment;
-use haptic_remote::serial::{DeviceMessage, Pipe, SerialError, SerialLink};
-use haptic_remote::{Conversation, LinkError, Patience};
-use std::io::Read as _;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use haptic_loop::{Reading, realtime::Moment};
+use haptic_remote::{
+    Conversation, LinkError, Patience,
+    serial::{DeviceMessage, Pipe, SerialError, SerialLink},
+};
+use std::{
+    io::Read as _,
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
 use testkit::Random;
 
 /// Milliseconds of virtual time.

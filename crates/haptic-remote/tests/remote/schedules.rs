@@ -9,8 +9,7 @@ mod losses;
 mod random;
 mod watched;
 
-use self::random::below;
-use self::watched::Watched;
+use self::{random::below, watched::Watched};
 use crate::line::{START, STEP_US, spring};
 use haptic_emulator::LineFaults;
 use haptic_link::{DeviceReport, Field, Refusal, Request, Scope, Start, State};

@@ -3,16 +3,19 @@
 use haptic_link::{
     Capabilities, Configuration, FaultReport, Limits, Refusal, Sample, Start, State,
 };
-use haptic_loop::realtime::Moment;
-use haptic_loop::{Device, Fault, Limiters, Reading, SafeForce};
-use haptic_remote::serial::{
-    BoardTrouble, DeviceMessage, SerialError, SerialLink, Served, ServedHardware,
+use haptic_loop::{Device, Fault, Limiters, Reading, SafeForce, realtime::Moment};
+use haptic_remote::{
+    Hardware, LinkError, SimulatedPlant, TickSide,
+    serial::{BoardTrouble, DeviceMessage, SerialError, SerialLink, Served, ServedHardware},
 };
-use haptic_remote::{Hardware, LinkError, SimulatedPlant, TickSide};
 use nalgebra::SVector;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::{
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, AtomicU32, Ordering},
+    },
+    time::Duration,
+};
 
 /// What a board has done.
 #[derive(Debug, Default)]

@@ -129,8 +129,10 @@ fn a_sensed_force_comes_with_its_sample_in_every_form_and_none_comes_without_a_s
 
 #[test]
 fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
-    use haptic_loop::units::{Newtons, NewtonsPerSecond, Seconds};
-    use haptic_loop::{Controller, SafetyChain, Wall};
+    use haptic_loop::{
+        Controller, SafetyChain, Wall,
+        units::{Newtons, NewtonsPerSecond, Seconds},
+    };
     let mut bench = started(Start {
         ticks: 500,
         ..START

@@ -8,20 +8,24 @@ use haptic_link::{
     LoopMode, Receiver, Refusal, Request, Sample, Scope, Simulation, Start, State, SurfaceKind,
     SurfaceShape, WorkspaceBox, encode,
 };
-use haptic_loop::units::Metres;
 use haptic_loop::{
     Ball, Contact, DepthMap, Device, Environment, Fault, Plane, Reading, SafeForce, Shape,
-    SpringDamper, Surface as _,
+    SpringDamper, Surface as _, units::Metres,
 };
-use haptic_remote::serial::{Companions, Pipe, SerialLink};
 use haptic_remote::{
-    DeviceSession, Hardware, SimulatedAxes, TickSide, abilities, operator_shape, wire_surface,
+    DeviceSession, Hardware, SimulatedAxes, TickSide, abilities, operator_shape,
+    serial::{Companions, Pipe, SerialLink},
+    wire_surface,
 };
 use nalgebra::SVector;
-use std::cell::RefCell;
-use std::io::{Read as _, Write as _};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::{
+    cell::RefCell,
+    io::{Read as _, Write as _},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 use testkit::assert_refused;
 
 const T: Seconds = Seconds(1e-3);

@@ -1,12 +1,18 @@
 //! TCP as a line: who is let in, who is told what, and the rings of a tick.
 
-use haptic_emulator::LineFaults;
-use haptic_emulator::board::{Emulation, emulate};
-use haptic_remote::LinkError;
-use haptic_remote::serial::{ConnectOptions, SerialError, SerialLink, TcpListening, host_and_port};
-use std::io::{ErrorKind, Read as _, Write as _};
-use std::net::{TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, Ordering};
+use haptic_emulator::{
+    LineFaults,
+    board::{Emulation, emulate},
+};
+use haptic_remote::{
+    LinkError,
+    serial::{ConnectOptions, SerialError, SerialLink, TcpListening, host_and_port},
+};
+use std::{
+    io::{ErrorKind, Read as _, Write as _},
+    net::{TcpListener, TcpStream},
+    sync::atomic::{AtomicBool, Ordering},
+};
 use testkit::{assert_refused, assert_says};
 
 /// An ideal board on a line without faults.

@@ -1,6 +1,5 @@
 use super::*;
-use crate::identity::Told;
-use crate::identity::tests::port;
+use crate::identity::{Told, tests::port};
 use haptic_link::SerialNumber;
 use tempfile::tempdir;
 use testkit::{Random, assert_refused, assert_says};

@@ -1,29 +1,34 @@
 //! Both sessions of a pair in virtual time: samples and keep-alives over lines that stand still, the devices' clocks, and a host that takes what
 //! arrives, by the code of a run. Only the links behind the sessions are quiet ones.
 
-use super::RemoteDevice;
-use super::partner::{Both, Clock, Partner, Side, aligned};
-use super::session::{HostSession, Ready, blank};
-use crate::device::{LinkedName, SerialName};
-use crate::ran::DriveRan;
-use crate::ran::Ran;
-use crate::record::RunRecord;
-use crate::recorder;
-use crate::schedule::{Pace, Schedule};
-use crate::supervisor::Watched;
+use super::{
+    RemoteDevice,
+    partner::{Both, Clock, Partner, Side, aligned},
+    session::{HostSession, Ready, blank},
+};
+use crate::{
+    device::{LinkedName, SerialName},
+    ran::{DriveRan, Ran},
+    record::RunRecord,
+    recorder,
+    schedule::{Pace, Schedule},
+    supervisor::Watched,
+};
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
-use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
-use haptic_emulator::{FaultyLine, LineFaults, NearLine};
+use haptic_emulator::{
+    FaultyLine, LineFaults, NearLine,
+    moteus::{EmulatedAdapter, EmulatedServo, Shaft},
+};
 use haptic_link::{BatchItem, FaultReport, Sample, State, Status};
-use haptic_loop::Fault;
-use haptic_loop::realtime::Moment;
+use haptic_loop::{Fault, realtime::Moment};
 use haptic_message::TickMessage;
 use haptic_remote::serial::{DeviceTime, Ping, Pings, SerialLink, Served};
 use haptic_trial::samples::RunStart;
-use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, LazyLock, Mutex};
-use std::time::Duration;
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, LazyLock, Mutex, atomic::AtomicBool},
+    time::Duration,
+};
 
 const TICK_US: u64 = 1000;
 const T: f64 = 1e-3;

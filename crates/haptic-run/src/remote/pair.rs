@@ -1,23 +1,29 @@
 //! A run on two devices: both connected, configured and judged, then conducted by a thread each, see [`partner`](super::partner).
 
-use super::partner::{Both, Partner, Side, aligned};
-use super::run::RemoteRun;
-use super::session::Ready;
-use crate::ran::DriveRan;
-use crate::ran::Ran;
-use crate::recorder;
-use crate::supervisor::Supervisor;
+use super::{
+    partner::{Both, Partner, Side, aligned},
+    run::RemoteRun,
+    session::Ready,
+};
+use crate::{
+    ran::{DriveRan, Ran},
+    recorder,
+    supervisor::Supervisor,
+};
 use fracdiff::Real;
-use haptic_document::Failure;
-use haptic_document::parameters::{
-    DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, SAMPLE_TIME, TRIAL_DURATION,
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{
+        DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, SAMPLE_TIME, TRIAL_DURATION,
+    },
 };
 use haptic_loop::{Controller, Environment};
-use haptic_trial::drive_verdict::DriveVerdict;
-use haptic_trial::preflight::note_findings;
-use haptic_trial::samples::{WHOLE_MOST, keeps_all};
-use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
+use haptic_trial::{
+    drive_verdict::DriveVerdict,
+    preflight::note_findings,
+    samples::{WHOLE_MOST, keeps_all},
+};
+use std::sync::{Arc, atomic::AtomicU64};
 
 /// The verdict on a controller that drives, alone and in contact, with loops this many seconds later than their devices; `None` if one is
 /// unknown.
@@ -31,9 +37,9 @@ pub fn fits_two_devices(samples: u64) -> Result<(), Failure> {
     if keeps_all(samples) {
         Ok(())
     } else {
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "a run on two devices has at most {WHOLE_MOST} samples: use a shorter {TRIAL_DURATION}, or a longer {SAMPLE_TIME}"
-        )))
+        ))
     }
 }
 
@@ -100,10 +106,10 @@ impl PairRun<'_> {
         let simulates = |ready: &&Ready<'_, _>| ready.link.capabilities().simulated;
         let simulated = [&tissue, &drive].into_iter().find(simulates);
         if let (None, Some(ready)) = (&self.judged, simulated) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "{} simulates a mass of its own, which no other device touches: name two real devices, or two emulated ones that face each other",
                 ready.device.name
-            )));
+            ));
         }
         // Before, nobody knows their clocks.
         let delays_s = [tissue.measured_delay_s(), drive.measured_delay_s()];

@@ -15,9 +15,13 @@ use crate::ran::Aligned;
 use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{DeviceClock, SerialLink};
 use haptic_trial::ending::Ending;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
-use std::time::Duration;
+use std::{
+    sync::{
+        Arc, OnceLock,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    time::Duration,
+};
 
 /// A pause in which another side is looked for.
 const PAUSE: Duration = Duration::from_millis(1);

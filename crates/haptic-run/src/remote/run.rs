@@ -1,35 +1,40 @@
 //! A run to be made on a connected device: judged, configured, then handed to its session.
 
 use super::session::{HostSession, Ready, Steers};
-use crate::device::{firmware_version, refused_at_port};
-use crate::folder::FolderRequest;
-use crate::ran::Ran;
-use crate::record::RunRecord;
-use crate::recorder;
-use crate::recorder::Recorder;
-use crate::remote::partner::Partner;
-use crate::remote::{RemoteDevice, RemoteLaw, agreed};
-use crate::schedule::Schedule;
-use crate::supervisor::Supervisor;
+use crate::{
+    device::{firmware_version, refused_at_port},
+    folder::FolderRequest,
+    ran::Ran,
+    record::RunRecord,
+    recorder,
+    recorder::Recorder,
+    remote::{RemoteDevice, RemoteLaw, agreed, partner::Partner},
+    schedule::Schedule,
+    supervisor::Supervisor,
+};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
-use haptic_document::Warn;
-use haptic_document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
-use haptic_document::{Failure, Named};
+use haptic_document::{
+    Failure, Named, Warn,
+    parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME},
+};
 use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
-use haptic_loop::realtime::Fallback;
-use haptic_loop::{Controller, Environment, GuardRefused, Tap, Workspace};
+use haptic_loop::{Controller, Environment, GuardRefused, Tap, Workspace, realtime::Fallback};
 use haptic_message::TickMessage;
-use haptic_remote::LinkError;
-use haptic_remote::serial::{Companions, SerialError, SerialLink};
-use haptic_trial::GuardChoice;
-use haptic_trial::drive_verdict::DriveVerdict;
-use haptic_trial::ending::ForceKeeper;
-use haptic_trial::preflight::{Findings, LoopJudge, MEASURED, delay_samples, note_findings};
-use haptic_trial::robot::RobotModel;
-use haptic_trial::safety::keys::{DEVICE_DAMPING, DEVICE_MASS};
-use haptic_trial::samples::RunStart;
-use haptic_trial::tick::TickRecord;
+use haptic_remote::{
+    LinkError,
+    serial::{Companions, SerialError, SerialLink},
+};
+use haptic_trial::{
+    GuardChoice,
+    drive_verdict::DriveVerdict,
+    ending::ForceKeeper,
+    preflight::{Findings, LoopJudge, MEASURED, delay_samples, note_findings},
+    robot::RobotModel,
+    safety::keys::{DEVICE_DAMPING, DEVICE_MASS},
+    samples::RunStart,
+    tick::TickRecord,
+};
 use std::collections::BTreeMap;
 
 /// A run to be made on a device.

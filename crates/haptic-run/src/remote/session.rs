@@ -1,39 +1,49 @@
 //! A configured device: arm, start, listen or control, let go, and close the log.
 
-use crate::conduct::{close, tell_end};
-use crate::fault_recorder::AFTER;
-use crate::folder::OutputFolder;
-use crate::link_summary::LinkSummary;
-use crate::ran::Ran;
-use crate::record::RunRecord;
-use crate::recorder::{Recorded, Recorder};
-use crate::remote::RemoteDevice;
-use crate::remote::partner::{Partner, Side};
-use crate::remote::summary::summarise;
-use crate::schedule::Schedule;
-use crate::supervisor::Supervisor;
+use crate::{
+    conduct::{close, tell_end},
+    fault_recorder::AFTER,
+    folder::OutputFolder,
+    link_summary::LinkSummary,
+    ran::Ran,
+    record::RunRecord,
+    recorder::{Recorded, Recorder},
+    remote::{
+        RemoteDevice,
+        partner::{Partner, Side},
+        summary::summarise,
+    },
+    schedule::Schedule,
+    supervisor::Supervisor,
+};
 use fracdiff::Real;
 use haptic_document::Failure;
 use haptic_link::{
     EventKind, FaultReport, LoopMode, Refusal, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::{RecordError, StartTime};
-use haptic_loop::realtime::{Moment, RaisedThread};
 use haptic_loop::{
     Controller, Device, Environment, LoopSample as Tick, Reading, SafeForce, StartRefused, Tap,
+    realtime::{Moment, RaisedThread},
 };
 use haptic_message::{DRIVE_END, END, EventMessage, TickMessage, flaw::LATE_FORCE};
-use haptic_remote::serial::{DeviceMessage, SerialError, SerialLink};
-use haptic_remote::{LinkError, Patience};
-use haptic_trial::ending::{Ending, MotorPush};
-use haptic_trial::flat::flat;
-use haptic_trial::preflight::Findings;
-use haptic_trial::sensor_offset::{OFFSET_SAMPLES, SensorOffset};
-use haptic_trial::tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device};
+use haptic_remote::{
+    LinkError, Patience,
+    serial::{DeviceMessage, SerialError, SerialLink},
+};
+use haptic_trial::{
+    ending::{Ending, MotorPush},
+    flat::flat,
+    preflight::Findings,
+    sensor_offset::{OFFSET_SAMPLES, SensorOffset},
+    tick::{TickRecord, by_device, by_loop, per_axis, sensed_by_device},
+};
 use nalgebra::SVector;
-use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime};
+use std::{
+    collections::BTreeMap,
+    sync::atomic::{AtomicBool, Ordering},
+    time::{Duration, SystemTime},
+};
 
 /// Nothing for so long in the middle of a run is the end of it.
 const SILENCE: Duration = Duration::from_secs(2);
@@ -66,21 +76,21 @@ pub(super) struct Ready<'a, M> {
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
 pub(super) struct HostSession<'a, M, const D: usize> {
-    pub(super) ready: Ready<'a, M>,
-    pub(super) recorder: Recorder,
-    pub(super) record: RunRecord,
-    pub(super) samples_lost: u64,
-    pub(super) next_tick: u64,
+    pub ready: Ready<'a, M>,
+    pub recorder: Recorder,
+    pub record: RunRecord,
+    pub samples_lost: u64,
+    pub next_tick: u64,
     /// The device has said that the run is over, or its newest sample that there is no force any more.
-    pub(super) over: bool,
+    pub over: bool,
     /// The device does not answer.
-    pub(super) deaf: bool,
+    pub deaf: bool,
     /// The law that a motor pushes into has swung.
-    pub(super) swung: bool,
+    pub swung: bool,
     /// The device at the other side of a contact, if there is one.
-    pub(super) partner: Option<Partner<'a>>,
+    pub partner: Option<Partner<'a>>,
     /// Samples before the time is known from which a run with a partner counts.
-    pub(super) pending: Vec<M>,
+    pub pending: Vec<M>,
 }
 
 impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
@@ -239,7 +249,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     }
 
     /// A run in the device's loop: everything is decided there.
-    pub(super) fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
+    fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
         // A run of 2³² ticks and more is stopped from here, and so is that of a tissue whose drive sends its start.
         let ticks = u32::try_from(self.ready.schedule.samples).unwrap_or(0);
         if !self.start(ticks, supervisor)? {
@@ -467,7 +477,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// After a fault on the device: hears what follows it, and reads the device's own flight recorder, whose
     /// samples fill in for those that did not come.
-    pub(super) fn after_fault(&mut self) {
+    fn after_fault(&mut self) {
         if !matches!(self.record.ended, Some(Ending::DeviceFault(_))) {
             return;
         }
@@ -839,7 +849,7 @@ enum Last {
 
 impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// The line or the device is gone, or does not answer: the log keeps what there is, and what still comes.
-    pub(super) fn give_up(&mut self, error: &SerialError) {
+    fn give_up(&mut self, error: &SerialError) {
         let error = if let SerialError::Link(error) = error {
             *error
         } else {

@@ -1,8 +1,10 @@
 //! Counts of a link, asked for at the end of a run.
 
-use crate::device::firmware_version;
-use crate::link_summary::{FrameCounts, LinkSummary, RoundTrip, cycles};
-use crate::remote::RemoteDevice;
+use crate::{
+    device::firmware_version,
+    link_summary::{FrameCounts, LinkSummary, RoundTrip, cycles},
+    remote::RemoteDevice,
+};
 use haptic_document::Named;
 use haptic_link::Statistics;
 use haptic_remote::serial::SerialLink;

@@ -6,8 +6,10 @@ mod greeting;
 
 use fracdiff::{Differintegrator, Order, Seconds, ShortMemory};
 use haptic_link::{Architecture, HandSample, HandSide, HandState};
-use haptic_loop::units::{Newtons, NewtonsPerSecond};
-use haptic_loop::{Fault, Reading, SafetyChain};
+use haptic_loop::{
+    Fault, Reading, SafetyChain,
+    units::{Newtons, NewtonsPerSecond},
+};
 use haptic_teleoperation::{ChannelModel, CouplerGains, OneWayLine, Port, PortLaw, Settings};
 use testkit::{Random, assert_close};
 

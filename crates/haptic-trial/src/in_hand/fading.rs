@@ -23,8 +23,7 @@
 //!   At rest |f| = P·A/d + (1 − s)·F, so it falls by F/n a tick of n, and by no more however much energy comes meanwhile. On the way out
 //!   f falls as d^(L−1) at the steepest.
 
-use crate::in_hand::hand::START_M;
-use crate::in_hand::place::Surfaced;
+use crate::in_hand::{hand::START_M, place::Surfaced};
 use haptic_loop::Environment;
 use nalgebra::Vector1;
 use std::mem;
@@ -330,14 +329,15 @@ impl<E: Environment<f64, 1> + Surfaced> Environment<f64, 1> for Fading<E> {
 
 #[cfg(test)]
 mod tests {
-    use crate::in_hand::fading::*;
-    use crate::in_hand::place::Placed;
+    use crate::in_hand::{fading::*, place::Placed};
     use fracdiff::{Operator, Order, Scheme, Seconds};
-    use haptic_loop::plant::{MassDamper, MassDamperConfig};
-    use haptic_loop::units::{
-        Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
+    use haptic_loop::{
+        Controller, Pushing, SafetyChain, Wall,
+        plant::{MassDamper, MassDamperConfig},
+        units::{
+            Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
+        },
     };
-    use haptic_loop::{Controller, Pushing, SafetyChain, Wall};
     use testkit::Random;
 
     type Felt = Placed<Pushing<Wall<f64, Operator<f64>>>>;

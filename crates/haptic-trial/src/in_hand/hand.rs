@@ -7,9 +7,11 @@
 
 use crate::Sensors;
 use haptic_document::Failure;
-use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
-use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
-use haptic_loop::{Device, Reading, SafeForce};
+use haptic_loop::{
+    Device, Reading, SafeForce,
+    plant::{MassDamper, MassDamperConfig, Sensed},
+    units::{NewtonSecondsPerMetre, NewtonsPerMetre},
+};
 use nalgebra::Vector1;
 use std::convert::Infallible;
 
@@ -217,11 +219,12 @@ impl Device<f64, 1> for HeldDevice {
 
 #[cfg(test)]
 mod tests {
-    use crate::DeviceValues;
-    use crate::in_hand::hand::*;
+    use crate::{DeviceValues, in_hand::hand::*};
     use haptic_document::parameters::{DAMPING, MASS};
-    use haptic_loop::units::{Kilograms, Newtons, NewtonsPerSecond, Seconds};
-    use haptic_loop::{SafetyChain, SafetyState};
+    use haptic_loop::{
+        SafetyChain, SafetyState,
+        units::{Kilograms, Newtons, NewtonsPerSecond, Seconds},
+    };
 
     fn ideal() -> MassDamperConfig {
         MassDamperConfig::ideal(

@@ -1,10 +1,11 @@
 //! The law that is felt: how long it remembers, how it becomes another, and when it may not be felt.
 
-use crate::in_hand::fading::Fading;
-use crate::in_hand::place::Placed;
-use crate::preflight::PreflightVerdict;
+use crate::{
+    in_hand::{fading::Fading, place::Placed},
+    preflight::PreflightVerdict,
+};
 use fracdiff::{Operator, Seconds};
-use haptic_document::Failure;
+use haptic_document::{Failure, bad_input};
 use haptic_loop::{Pushing, Wall};
 use haptic_quantity::digits;
 
@@ -40,10 +41,12 @@ pub fn refuse_unstable(verdict: &PreflightVerdict) -> Result<(), Failure> {
         Some(factor) => format!("use at most {} of K and B", digits(rounded_down(factor), 2)),
         None => "use another order, or a heavier or more damped device".to_owned(),
     };
-    Err(Failure::bad_input(format_args!(
+    Err(bad_input!(
         "this would be unstable (alpha {:.3}, beta {:.3}, delta {:.3}): {advice}",
-        verdict.alpha, verdict.beta, verdict.delta
-    )))
+        verdict.alpha,
+        verdict.beta,
+        verdict.delta
+    ))
 }
 
 /// The largest number of two digits that is not above this one.

@@ -1,14 +1,15 @@
 //! The loop of a simulated device that a hand holds, endless: it is paused, stopped and armed anew by whoever has a clock.
 
-use super::hand::HeldDevice;
-use super::ticking::{
-    Around, FadingFelt, FeltController, LoopCounts, LoopEnds, LoopOrder, Looping,
+use super::{
+    hand::HeldDevice,
+    ticking::{Around, FadingFelt, FeltController, LoopCounts, LoopEnds, LoopOrder, Looping},
 };
 use haptic_loop::{Device, Engaged};
-use std::borrow::BorrowMut;
-use std::convert::Infallible;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::{
+    borrow::BorrowMut,
+    convert::Infallible,
+    sync::{Arc, atomic::Ordering},
+};
 
 /// A device in a hand, or a way to it.
 pub trait Held: Device<f64, 1, Error = Infallible> + BorrowMut<HeldDevice> {}

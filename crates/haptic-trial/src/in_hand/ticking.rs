@@ -1,16 +1,22 @@
 //! The loop of what is felt, whatever device and clock it has. It reads orders from a ring and puts what it did into another; nothing in it
 //! waits for anybody, allocates or frees.
 
-use super::fading::{Asked, Fading, Law};
-use super::law::Felt;
+use super::{
+    fading::{Asked, Fading, Law},
+    law::Felt,
+};
 use haptic_loop::{Controller, Environment as _, LoopSample};
 use haptic_message::EventMessage;
 use nalgebra::Vector1;
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
-use std::any::Any;
-use std::mem;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::{
+    any::Any,
+    mem,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+};
 
 /// Positions that the loop itself remembers, ticks: the time that a law may take to be made ready.
 const RECENT: usize = 1 << 14;

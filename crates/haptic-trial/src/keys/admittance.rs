@@ -1,11 +1,16 @@
 //! Keys of a device that moves: its virtual body, the robot below it, and the hands that push it.
 
-use haptic_document::parameters;
-use haptic_document::parameters::range::{
-    ACCELERATIONS, DAMPINGS, DEVICE_TIMES, DISSIPATIONS, FORCES, FORCES_ABOVE_0, FREQUENCIES_HZ,
-    MOTION_SPEEDS, OBJECT_MASSES, Range, STIFFNESSES, WALL_ORDERS, WORKSPACES,
+use haptic_document::{
+    parameters,
+    parameters::{
+        Parameter, SCHEME, joined,
+        range::{
+            ACCELERATIONS, DAMPINGS, DEVICE_TIMES, DISSIPATIONS, FORCES, FORCES_ABOVE_0,
+            FREQUENCIES_HZ, MOTION_SPEEDS, OBJECT_MASSES, Range, STIFFNESSES, WALL_ORDERS,
+            WORKSPACES,
+        },
+    },
 };
-use haptic_document::parameters::{Parameter, SCHEME, joined};
 
 parameters! {
     /// α of the body.

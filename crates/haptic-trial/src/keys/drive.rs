@@ -1,9 +1,11 @@
 //! Keys of a drive.
 
-use haptic_document::parameters;
-use haptic_document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
-use haptic_document::parameters::{
-    CONTROLLER, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, Parameter,
+use haptic_document::{
+    parameters,
+    parameters::{
+        CONTROLLER, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, Parameter,
+        range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES},
+    },
 };
 
 parameters! {

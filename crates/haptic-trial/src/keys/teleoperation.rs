@@ -1,15 +1,18 @@
 //! Keys of two hands over a line.
 
 use super::trial::TRIAL_FORCE_RATE_LIMIT;
-use haptic_document::parameters;
-use haptic_document::parameters::range::{
-    ARM_PLACES, COUPLER_ORDERS, DAMPINGS, DAMPINGS_ABOVE_0, DISSIPATIONS, DURATIONS,
-    FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
-    STIFFNESSES_ABOVE_0, WALL_ORDERS,
-};
-use haptic_document::parameters::{
-    DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, PIECE, Parameter,
-    SAMPLE_TIME, SCHEME, SENSED_LAG, SENSED_NOISE, SENSED_RANGE, SENSED_SEED, joined,
+use haptic_document::{
+    parameters,
+    parameters::{
+        DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, PIECE,
+        Parameter, SAMPLE_TIME, SCHEME, SENSED_LAG, SENSED_NOISE, SENSED_RANGE, SENSED_SEED,
+        joined,
+        range::{
+            ARM_PLACES, COUPLER_ORDERS, DAMPINGS, DAMPINGS_ABOVE_0, DISSIPATIONS, DURATIONS,
+            FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
+            STIFFNESSES_ABOVE_0, WALL_ORDERS,
+        },
+    },
 };
 use haptic_teleoperation::Settings;
 

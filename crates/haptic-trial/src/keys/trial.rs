@@ -1,11 +1,12 @@
 //! Keys of a device that hits a wall and is pushed into it.
 
-use haptic_document::parameters::Parameter;
-use haptic_document::parameters::range::{
-    DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
+use haptic_document::{
+    Named, parameters,
+    parameters::{
+        PUSH_BY, Parameter, SCHEME, TRIAL_DURATION,
+        range::{DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0},
+    },
 };
-use haptic_document::parameters::{PUSH_BY, SCHEME, TRIAL_DURATION};
-use haptic_document::{Named, parameters};
 
 parameters! {
     /// Impact of a trial, m/s.

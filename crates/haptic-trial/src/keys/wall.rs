@@ -2,11 +2,13 @@
 
 use super::trial::{TRIAL, TRIAL_LOOP};
 use crate::safety::keys::SAFETY;
-use haptic_document::parameters;
-use haptic_document::parameters::range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS};
-use haptic_document::parameters::{
-    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, KeyTable, LESS_THAN_IDEAL, MASS, ON_DEVICE, Parameter,
-    Paths, SAMPLE_TIME, TISSUE_IN_LOG, UNNAMED_PIECE, joined,
+use haptic_document::{
+    parameters,
+    parameters::{
+        DAMPING, DEVICE_MODEL, HAND_STIFFNESS, KeyTable, LESS_THAN_IDEAL, MASS, ON_DEVICE,
+        Parameter, Paths, SAMPLE_TIME, TISSUE_IN_LOG, UNNAMED_PIECE, joined,
+        range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS},
+    },
 };
 
 parameters! {

@@ -10,9 +10,13 @@
 //! sensed_lag_s = [0.0008, 0.001, 0.0012]
 //! ```
 
-use haptic_document::parameters::Parameter;
-use haptic_document::parameters::range::{Range, either_sign};
-use haptic_document::{Failure, FileError, Table, parameters};
+use haptic_document::{
+    Failure, FileError, Table, parameters,
+    parameters::{
+        Parameter,
+        range::{Range, either_sign},
+    },
+};
 use haptic_quantity::{label, written};
 use haptic_remote::ForceFactors;
 use serde::Serialize;

@@ -3,11 +3,10 @@
 use super::{GAINS, T, memory, pid};
 use core::f64::consts::PI;
 use fracdiff::FrequencyResponse;
-use fractional_control::num_complex::Complex;
 use fractional_control::{
     Actuator, Controller, ControllerParameters, CroneParameters, FractionalPid,
     FractionalTransferFunction, LeadController, LeadLagParameters, PidParameters, Rule, SetPoint,
-    TidParameters,
+    TidParameters, num_complex::Complex,
 };
 
 /// −u/y from the impulse response, on the circle.

@@ -2,12 +2,10 @@
 
 use super::wire::{Damage, FORCE_N, Running, TICK_US, Way, stroked};
 use haptic_devices::haply::{TORQUE_MAX_NM, Version};
-use haptic_emulator::AtLine as _;
-use haptic_emulator::haply::Board;
+use haptic_emulator::{AtLine as _, haply::Board};
 use haptic_link::State;
 use haptic_loop::Fault;
-use haptic_remote::Tick;
-use haptic_remote::serial::ServedHardware as _;
+use haptic_remote::{Tick, serial::ServedHardware as _};
 use testkit::Random;
 
 /// Cases; the promise is of 10⁵, which `CAMPAIGN_CASES=100000` runs in three minutes.

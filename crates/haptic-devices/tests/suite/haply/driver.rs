@@ -4,8 +4,10 @@ use super::wire::{Damage, FORCE_N, Running, Way, Wire, World, name, stroked};
 use haptic_devices::haply::{
     Haply2Diy, HaplyOpenError, HaplyTrouble, Home, LATE_MOST, Version, configuration, torques,
 };
-use haptic_emulator::AtLine as _;
-use haptic_emulator::haply::{Board, Body, Hand};
+use haptic_emulator::{
+    AtLine as _,
+    haply::{Board, Body, Hand},
+};
 use haptic_link::{NOT_TAKEN, Refusal, Start, State, UNANSWERED};
 use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::ServedHardware as _;

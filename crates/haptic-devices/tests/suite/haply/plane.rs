@@ -1,15 +1,13 @@
 //! Both axes: a shape in the plane against the exact sum over the depth along its normal, and the plane itself.
 
 use super::wire::{Running, TICK_US, stroked};
-use fracdiff::batch::Batch;
-use fracdiff::full_memory::Kernel;
-use fracdiff::{Operator, Order, Scheme, Seconds};
+use fracdiff::{Operator, Order, Scheme, Seconds, batch::Batch, full_memory::Kernel};
 use haptic_devices::haply::{HaplyPlane, Unreachable, Version};
 use haptic_link::State;
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{
     Ball, Contact, Controller, Device, Reading, SafeForce, SafetyChain, Shape, SpringDamper,
     Surface as _,
+    units::{Metres, Newtons, NewtonsPerSecond},
 };
 use haptic_remote::Tick;
 use nalgebra::{SVector, Vector2};

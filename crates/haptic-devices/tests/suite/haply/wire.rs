@@ -3,16 +3,19 @@
 use haptic_devices::haply::{
     Axis, Haply2Diy, HaplyName, Home, TORQUES_BYTES, Version, angles_of, configuration,
 };
-use haptic_emulator::AtLine as _;
-use haptic_emulator::haply::{Board, Body, Hand};
+use haptic_emulator::{
+    AtLine as _,
+    haply::{Board, Body, Hand},
+};
 use haptic_link::{Configuration, Limits, LoopMode, OperatorShape, Start};
-use haptic_remote::serial::Line;
-use haptic_remote::{Tick, TickSide, prepare};
+use haptic_remote::{Tick, TickSide, prepare, serial::Line};
 use nalgebra::Vector2;
-use std::collections::VecDeque;
-use std::io::{self, ErrorKind, Read, Write};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::{
+    collections::VecDeque,
+    io::{self, ErrorKind, Read, Write},
+    sync::{Arc, Mutex},
+    time::Duration,
+};
 
 /// Largest force of these runs, N.
 pub(crate) const FORCE_N: f32 = 1.0;

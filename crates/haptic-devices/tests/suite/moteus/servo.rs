@@ -6,8 +6,10 @@ use haptic_emulator::moteus::Shaft;
 use haptic_link::{NOT_TAKEN, State, UNANSWERED};
 use haptic_loop::Fault;
 use moteus_protocol::Mode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{
+    Arc,
+    atomic::{AtomicU32, Ordering},
+};
 use testkit::{assert_close, assert_refused, assert_says};
 
 #[test]

@@ -4,11 +4,12 @@ use haptic_devices::moteus::{MoteusAxis, MoteusOpenError, MoteusSettings};
 use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
 use haptic_link::{Configuration, Limits, OperatorShape, Start, State};
 use haptic_loop::Fault;
-use haptic_remote::serial::ServedHardware as _;
-use haptic_remote::{Hardware as _, TickSide, prepare};
-use std::collections::VecDeque;
-use std::io::{ErrorKind, Read, Result, Write};
-use std::sync::{Arc, Mutex, MutexGuard};
+use haptic_remote::{Hardware as _, TickSide, prepare, serial::ServedHardware as _};
+use std::{
+    collections::VecDeque,
+    io::{ErrorKind, Read, Result, Write},
+    sync::{Arc, Mutex, MutexGuard},
+};
 
 /// Time from a line of the host to the answer, µs.
 const ROUND_TRIP_US: u64 = 300;

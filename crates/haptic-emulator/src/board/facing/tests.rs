@@ -3,9 +3,11 @@
 use super::*;
 use fracdiff::{Order, Scheme};
 use haptic_link::{Configuration, Limits, LoopMode, Refusal, Simulation, Start, State};
-use haptic_loop::plant::{HeldRig, Holder, RampHold, RigDrive};
-use haptic_loop::units::{Metres, Newtons};
-use haptic_loop::{Controller, SafetyChain, SpringDamper};
+use haptic_loop::{
+    Controller, SafetyChain, SpringDamper,
+    plant::{HeldRig, Holder, RampHold, RigDrive},
+    units::{Metres, Newtons},
+};
 use haptic_remote::{TickSide, operator_shape, prepare};
 
 type Side = TickSide<Embodied<FacingBoard, 1>>;

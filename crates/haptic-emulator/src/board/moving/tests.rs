@@ -2,9 +2,12 @@
 
 use super::*;
 use haptic_link::{Configuration, LoopMode, OperatorForm, OperatorShape, Start, State};
-use haptic_loop::plant::{RobotHand, RobotLoop};
-use haptic_loop::units::{
-    Hertz, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre, Newtons, Seconds,
+use haptic_loop::{
+    plant::{RobotHand, RobotLoop},
+    units::{
+        Hertz, Metres, MetresPerSecond, MetresPerSecondSquared, NewtonSecondsPerMetre, Newtons,
+        Seconds,
+    },
 };
 use haptic_remote::{TickSide, prepare};
 

@@ -2,10 +2,12 @@
 
 use super::*;
 use crate::board::{Body, Embodied, Touched};
-use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{ForceSensorConfig, SpecimenMatter};
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
-use haptic_loop::{Controller, Environment, SafetyChain, SafetyLimits};
+use haptic_loop::{
+    Controller, Environment, SafetyChain, SafetyLimits,
+    nalgebra::SVector,
+    plant::{ForceSensorConfig, SpecimenMatter},
+    units::{Metres, Newtons, NewtonsPerSecond},
+};
 
 /// Stiffness of the specimen, N/m.
 const STIFFNESS: f64 = 200.0;

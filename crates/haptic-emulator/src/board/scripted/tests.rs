@@ -1,9 +1,11 @@
 //! A scripted hand against the rest of its spring.
 
 use super::*;
-use haptic_loop::nalgebra::SVector;
-use haptic_loop::units::{Kilograms, Newtons, NewtonsPerSecond};
-use haptic_loop::{SafetyChain, SafetyLimits, SafetyState};
+use haptic_loop::{
+    SafetyChain, SafetyLimits, SafetyState,
+    nalgebra::SVector,
+    units::{Kilograms, Newtons, NewtonsPerSecond},
+};
 
 fn script(moves: &[(f64, f64)]) -> Result<HandScript, LoopParameterError> {
     let moves = moves.iter();

@@ -1,14 +1,10 @@
 //! Judges how well a drive kept its set point.
 
-use super::second::SecondReport;
-use super::{Drive, set_point};
-use haptic_document::Failure;
-use haptic_document::parameters::CONTROLLER;
+use super::{Drive, second::SecondReport, set_point};
+use haptic_document::{Failure, parameters::CONTROLLER};
 use haptic_judge::controller_holder::ControllerHolder;
 use haptic_loop::plant::{Holder as _, RigDrive};
-use haptic_trial::drive_verdict::DriveVerdict;
-use haptic_trial::keys::drive::DRIVE_FORCE_LIMIT;
-use haptic_trial::tick::KeptSample;
+use haptic_trial::{drive_verdict::DriveVerdict, keys::drive::DRIVE_FORCE_LIMIT, tick::KeptSample};
 use serde::Serialize;
 
 /// The work of a drive.

@@ -49,10 +49,10 @@ pub(crate) struct Motion {
 /// Sections one after the other, after a rest in front of the specimen.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PressPath {
-    pub(crate) rest_s: f64,
-    pub(crate) sections: Vec<Section>,
+    pub rest_s: f64,
+    pub sections: Vec<Section>,
     /// Time of the way back to 0, after which it rests once more, s; `None` if it stays where it is.
-    pub(crate) back_s: Option<f64>,
+    pub back_s: Option<f64>,
 }
 
 impl PressPath {

@@ -12,8 +12,7 @@
 //!   a spring of 1e-4 of its first sample.
 
 use super::Drive;
-use fracdiff::num_complex::Complex;
-use fracdiff::{FrequencyResponse, Seconds};
+use fracdiff::{FrequencyResponse, Seconds, num_complex::Complex};
 use fractional_control::{
     ControlError, FractionalTransferFunction, HeldPlant, LoadedPlant, Plant, SampledControlLoop,
     SampledLaw, Term, TwoPort,
@@ -21,11 +20,15 @@ use fractional_control::{
 use haptic_analysis::{Dynamics, ForcePath, LoopOperator};
 use haptic_document::Failure;
 use haptic_judge::preflight::softer;
-use haptic_loop::plant::{FacingConfig, FacingContact, MassDamperConfig, RigDrive};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
-use haptic_trial::advice::parameter;
-use haptic_trial::device_table::dynamics;
-use haptic_trial::drive_verdict::{DriveVerdict, LoopVerdict};
+use haptic_loop::{
+    plant::{FacingConfig, FacingContact, MassDamperConfig, RigDrive},
+    units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre},
+};
+use haptic_trial::{
+    advice::parameter,
+    device_table::dynamics,
+    drive_verdict::{DriveVerdict, LoopVerdict},
+};
 use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
 use std::sync::Arc;
 
@@ -326,8 +329,10 @@ mod tests {
     use super::*;
     use fracdiff::{Order, Scheme};
     use fractional_control::ControllerSetup;
-    use haptic_loop::plant::{FacingDevices, FacingSide, RampHold, RigConfig, RigContact};
-    use haptic_loop::units::{Metres, Newtons};
+    use haptic_loop::{
+        plant::{FacingDevices, FacingSide, RampHold, RigConfig, RigContact},
+        units::{Metres, Newtons},
+    };
 
     /// A drive, its rig and a tissue of 200 N/m and 20 N·s^0.5/m, 1 ms a sample.
     fn held(gains: &str, of_force: bool) -> (Drive, RigConfig, impl Fn() -> TissueLaw) {

@@ -1,11 +1,8 @@
 //! The side of a drive that has a device of its own: its samples at the times of the tissue's device, and its report.
 
 use crate::judge::RunReport;
-use haptic_run::link_summary::LinkSummary;
-use haptic_run::record::RunRecord;
-use haptic_run::{Aligned, DriveRan};
-use haptic_trial::ending::Ending;
-use haptic_trial::tick::KeptSample;
+use haptic_run::{Aligned, DriveRan, link_summary::LinkSummary, record::RunRecord};
+use haptic_trial::{ending::Ending, tick::KeptSample};
 use serde::Serialize;
 
 /// Report of the device of a drive, besides the drive's results.

@@ -1,27 +1,34 @@
 //! A controller holds the indenter: how close it keeps to its way, the tissue judged over the motion that was made, the verdict before.
 
 use super::{Drive, DriveJudge};
-use crate::ExperimentFile;
-use crate::experiment::bounded_tests::{conducted, defaults};
-use crate::experiment::indentation::Indentation;
-use crate::experiment::kind::Experiment as _;
-use crate::judge::Report;
+use crate::{
+    ExperimentFile,
+    experiment::{
+        bounded_tests::{conducted, defaults},
+        indentation::Indentation,
+        kind::Experiment as _,
+    },
+    judge::Report,
+};
 use fracdiff::Seconds;
 use fractional_control::{ControllerSetup, PidParameters};
 use haptic_document::Failure;
-use haptic_judge::modelled_tissue::ModelledTissue;
-use haptic_judge::rendering::IndenterContact;
-use haptic_judge::simulated_rig::SimulatedRig;
-use haptic_loop::Device;
-use haptic_loop::plant::{HeldRig, RampHold, RigConfig, RigContact, RigDrive};
-use haptic_loop::units::{Metres, Newtons};
+use haptic_judge::{
+    modelled_tissue::ModelledTissue, rendering::IndenterContact, simulated_rig::SimulatedRig,
+};
+use haptic_loop::{
+    Device,
+    plant::{HeldRig, RampHold, RigConfig, RigContact, RigDrive},
+    units::{Metres, Newtons},
+};
 use haptic_message::TickMessage;
-use haptic_trial::drive_verdict::{DriveVerdict, LoopVerdict};
-use haptic_trial::simulate::Instrumented as _;
-use haptic_trial::tick::KeptSample;
+use haptic_trial::{
+    drive_verdict::{DriveVerdict, LoopVerdict},
+    simulate::Instrumented as _,
+    tick::KeptSample,
+};
 use nalgebra::Vector1;
-use std::ops::ControlFlow;
-use std::path::Path;
+use std::{ops::ControlFlow, path::Path};
 use testkit::{Folder, assert_close};
 
 /// Tuned for 1/(0.092s²+4.95s): free, the indenter is 65 g on 3.5 N·s/m; in contact with the renderer twice that; between the two lie

@@ -1,15 +1,16 @@
 //! A tissue on one device that another presses, over bad lines: the numbers of its report.
 
 use super::Indentation;
-use crate::experiment::bounded_tests::{conducted, defaults};
-use crate::judge::beginning::Beginning;
+use crate::{
+    experiment::bounded_tests::{conducted, defaults},
+    judge::beginning::Beginning,
+};
 use core::f64::consts::PI;
 use fracdiff::{Channel, Operator, Scheme, Seconds};
 use haptic_emulator::LineFaults;
 use haptic_judge::modelled_tissue::ModelledTissue;
 use haptic_loop::plant::RigDrive;
-use haptic_run::Ran;
-use haptic_run::remote::bad_lines::BadPair;
+use haptic_run::{Ran, remote::bad_lines::BadPair};
 use haptic_tissue::{Material, ModelKind, Source};
 use serde_json::Value;
 use std::path::Path;

@@ -1,34 +1,43 @@
 //! Files, report and curves of an indentation, from its run and its theory.
 
 use super::Indentation;
-use crate::experiment::drive::{
-    DriveJudge, DriveReport, DriveSamples, SecondReport, drive_columns, tell,
+use crate::{
+    experiment::{
+        drive::{DriveJudge, DriveReport, DriveSamples, SecondReport, drive_columns, tell},
+        kind::Experiment as _,
+    },
+    judge::{
+        against::Comparison,
+        beginning::Beginning,
+        origin,
+        report::{Files, Report, RunReport, closed_form_error, full_history_error},
+        warnings::Warnings,
+    },
 };
-use crate::experiment::kind::Experiment as _;
-use crate::judge::against::Comparison;
-use crate::judge::beginning::Beginning;
-use crate::judge::origin;
-use crate::judge::report::{Files, Report, RunReport, closed_form_error, full_history_error};
-use crate::judge::warnings::Warnings;
 use fracdiff::Seconds;
-use haptic_document::parameters::{CONTACT, FORCE_LIMIT};
-use haptic_document::{Failure, rows};
-use haptic_judge::compared::{LargestError, percent, relative_error};
-use haptic_judge::curves::{self, Curves, Drawing};
-use haptic_judge::decimated::Decimated;
-use haptic_judge::reference::ReferenceWeights;
-use haptic_judge::reference::{ReferenceSeries, TOLERANCE};
-use haptic_judge::rendering::{DEPTH, FORCE, STRESS};
-use haptic_judge::sensed::SensedForce;
-use haptic_loop::plant::{RampHold, RigDrive};
-use haptic_loop::units::Newtons;
+use haptic_document::{
+    Failure,
+    parameters::{CONTACT, FORCE_LIMIT},
+    rows,
+};
+use haptic_judge::{
+    compared::{LargestError, percent, relative_error},
+    curves::{self, Curves, Drawing},
+    decimated::Decimated,
+    reference::{ReferenceSeries, ReferenceWeights, TOLERANCE},
+    rendering::{DEPTH, FORCE, STRESS},
+    sensed::SensedForce,
+};
+use haptic_loop::{
+    plant::{RampHold, RigDrive},
+    units::Newtons,
+};
 use haptic_quantity::{digits, written};
-use haptic_run::Ran;
-use haptic_run::folder::RunTable;
-use haptic_run::remote::device_name;
-use haptic_trial::samples::Before;
-use haptic_trial::samples::Samples;
-use haptic_trial::tick::KeptSample;
+use haptic_run::{Ran, folder::RunTable, remote::device_name};
+use haptic_trial::{
+    samples::{Before, Samples},
+    tick::KeptSample,
+};
 use serde_json::{Value, json};
 
 /// The comparison with the full history begins here, s after contact.

@@ -5,20 +5,25 @@ use crate::experiment::bounded_tests::defaults;
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_document::Document;
-use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
-use haptic_judge::preflight::{Preflight, WallContact};
-use haptic_judge::rendering::{IndenterContact, Precision};
-use haptic_loop::plant::{RampHold, RigDrive};
-use haptic_loop::units::{Metres, Newtons};
-use haptic_loop::{Loading, LoadingKind};
+use haptic_judge::{
+    modelled_tissue::{ModelledTissue, TissuePiece},
+    preflight::{Preflight, WallContact},
+    rendering::{IndenterContact, Precision},
+};
+use haptic_loop::{
+    Loading, LoadingKind,
+    plant::{RampHold, RigDrive},
+    units::{Metres, Newtons},
+};
 use haptic_tissue::{
     Material, MeasuredLoading, Model, ModelKind, SampledModel, Source, ValidRange,
 };
-use std::ops::ControlFlow;
-use std::path::Path;
-use testkit::Random;
-use testkit::device::{DAMPING, MASS, plant, read, with_hand, write};
-use testkit::tissue::{KINDS, models, of_two};
+use std::{ops::ControlFlow, path::Path};
+use testkit::{
+    Random,
+    device::{DAMPING, MASS, plant, read, with_hand, write},
+    tissue::{KINDS, models, of_two},
+};
 
 fn tissue(model: Model) -> ModelledTissue {
     let gel = Material::new("gel", "a gel", model, Source::default());

@@ -1,7 +1,9 @@
 //! Doubts about the force of a device: by its file, and by friction while its handle sticks.
 
-use haptic_document::Interval;
-use haptic_document::parameters::{DAMPING, FRICTION, MASS, Parameter};
+use haptic_document::{
+    Interval,
+    parameters::{DAMPING, FRICTION, MASS, Parameter},
+};
 use haptic_loop::plant::MassDamperConfig;
 use std::ops::Range;
 

@@ -13,12 +13,13 @@
 //! - *Doubts*: friction of a handle that sticks or turns is any share of its size, and few samples of it are compared; friction on the move, mass and
 //!   damping lie within the intervals of the device file. Each is a column beside the force, over its noise, with a share of deviation 1.
 
-use super::Press;
-use super::doubts::{back_m, known, slides};
+use super::{
+    Press,
+    doubts::{back_m, known, slides},
+};
 use crate::experiment::kind::Experiment as _;
 use haptic_quantity::written;
-use haptic_trial::sensor_offset::OFFSET_SAMPLES;
-use haptic_trial::tick::KeptSample;
+use haptic_trial::{sensor_offset::OFFSET_SAMPLES, tick::KeptSample};
 use measured_table::{Column, Columns};
 use tissue_identification::{Record, sensor_noise, white_noise};
 

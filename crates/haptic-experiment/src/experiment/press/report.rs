@@ -1,17 +1,25 @@
 //! Reports a press: what was measured, its curves, and the smallest modulus that this device and depth can tell.
 
 use super::{PRESS_HOLD, PRESS_RAMP, Press, PressRecord};
-use crate::experiment::kind::Experiment as _;
-use crate::judge::origin;
-use crate::judge::report::{Files, Report, RunReport};
-use crate::judge::warnings::Warnings;
-use haptic_document::parameters::{CONTROLLER, FORCE_LIMIT};
-use haptic_document::{Failure, Named as _, rows};
-use haptic_judge::curves::{Curves, Drawing};
-use haptic_judge::sensed::SensedForce;
+use crate::{
+    experiment::kind::Experiment as _,
+    judge::{
+        origin,
+        report::{Files, Report, RunReport},
+        warnings::Warnings,
+    },
+};
+use haptic_document::{
+    Failure, Named as _,
+    parameters::{CONTROLLER, FORCE_LIMIT},
+    rows,
+};
+use haptic_judge::{
+    curves::{Curves, Drawing},
+    sensed::SensedForce,
+};
 use haptic_quantity::written;
-use haptic_run::Ran;
-use haptic_run::remote::device_name;
+use haptic_run::{Ran, remote::device_name};
 use haptic_trial::tick::KeptSample;
 use serde_json::json;
 

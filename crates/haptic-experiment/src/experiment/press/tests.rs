@@ -9,11 +9,8 @@ use haptic_loop::{Fault, INCOMPRESSIBLE, Modulus};
 use haptic_message::TickMessage;
 use haptic_question::tissue::{RecordForm, RecordQuestion};
 use haptic_tissue::{Library, Material, ModelKind};
-use haptic_trial::sensor_offset::Tare;
-use haptic_trial::simulate::simulate;
-use std::ops::ControlFlow;
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use haptic_trial::{sensor_offset::Tare, simulate::simulate};
+use std::{ops::ControlFlow, path::Path, sync::atomic::AtomicBool};
 use tissue_identification::{Identification, TableDetails, Understood};
 
 const CONTROLLER: &str = "[pid]

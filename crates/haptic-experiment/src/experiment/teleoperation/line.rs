@@ -1,14 +1,18 @@
 //! The socket of a side: greetings, datagrams, strangers.
 
-use haptic_document::Failure;
-use haptic_document::parameters::{CONNECT, LISTEN};
+use haptic_document::{
+    Failure,
+    parameters::{CONNECT, LISTEN},
+};
 use haptic_link::{FRAME_MAX, HandSide};
 use haptic_loop::realtime::Moment;
 use haptic_teleoperation::{Introduction, Peer, PeerMessage};
-use std::io::ErrorKind;
-use std::net::{SocketAddr, UdpSocket};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime};
+use std::{
+    io::ErrorKind,
+    net::{SocketAddr, UdpSocket},
+    sync::atomic::{AtomicBool, Ordering},
+    time::{Duration, SystemTime},
+};
 
 /// The end that this process is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,11 +43,11 @@ const FAREWELLS: usize = 3;
 
 /// The socket and who may speak on it.
 pub(super) struct Line {
-    pub(super) socket: UdpSocket,
-    pub(super) peer: Option<SocketAddr>,
-    pub(super) state: Peer,
-    pub(super) buffer: [u8; FRAME_MAX],
-    pub(super) strangers: u64,
+    pub socket: UdpSocket,
+    pub peer: Option<SocketAddr>,
+    pub state: Peer,
+    pub buffer: [u8; FRAME_MAX],
+    pub strangers: u64,
     /// The last answer to a stranger.
     refused: Option<Moment>,
 }

@@ -5,13 +5,14 @@ use fracdiff::{Operator, Seconds};
 use haptic_document::Failure;
 use haptic_judge::trial::VirtualWall;
 use haptic_link::HandSide;
-use haptic_loop::plant::{ForceSensor, MassDamper, MassDamperConfig, SUB_STEPS};
-use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
-use haptic_loop::{Device, Environment, Limiters, Reading, SafeForce};
+use haptic_loop::{
+    Device, Environment, Limiters, Reading, SafeForce,
+    plant::{ForceSensor, MassDamper, MassDamperConfig, SUB_STEPS},
+    units::{NewtonSecondsPerMetre, NewtonsPerMetre},
+};
 use haptic_message::PerAxis;
 use haptic_teleoperation::{OneWayLine, Port};
-use haptic_trial::advice::parameter;
-use haptic_trial::ending::Ending;
+use haptic_trial::{advice::parameter, ending::Ending};
 use nalgebra::Vector1;
 
 /// Hand or environment at a device.

@@ -1,34 +1,46 @@
 //! Runs a teleoperation with log, table and report, and judges it while it runs: energy, forces, and what was felt.
 
-use super::pair::{Pair, PairTick};
-use super::{HandMotion, TeleoperationExperiment};
-use crate::experiment::kind::{Conduct, Experiment};
-use crate::experiment::reading::metadata;
-use crate::judge::Published;
-use crate::judge::report::{Files, Report, RunReport, unmet};
-use crate::judge::warnings::Warnings;
+use super::{
+    HandMotion, TeleoperationExperiment,
+    pair::{Pair, PairTick},
+};
+use crate::{
+    experiment::{
+        kind::{Conduct, Experiment},
+        reading::metadata,
+    },
+    judge::{
+        Published,
+        report::{Files, Report, RunReport, unmet},
+        warnings::Warnings,
+    },
+};
 use fracdiff::num_complex::Complex;
-use haptic_document::parameters::{SAMPLE_TIME, TISSUE_IN_LOG};
-use haptic_document::{Failure, rows};
-use haptic_judge::compared::percent;
-use haptic_judge::curves::{Curves, Drawing};
-use haptic_judge::decimated::Decimated;
-use haptic_judge::sensed::SensedForce;
-use haptic_judge::settling::SATURATED_S;
+use haptic_document::{
+    Failure,
+    parameters::{SAMPLE_TIME, TISSUE_IN_LOG},
+    rows,
+};
+use haptic_judge::{
+    compared::percent,
+    curves::{Curves, Drawing},
+    decimated::Decimated,
+    sensed::SensedForce,
+    settling::SATURATED_S,
+};
 use haptic_loop::Limiters;
 use haptic_message::TickMessage;
-use haptic_run::Watched;
-use haptic_run::folder::RunTable;
-use haptic_run::{Ran, run_beside};
-use haptic_trial::ending::Ending;
-use haptic_trial::keys::teleoperation::{ARCHITECTURE, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS};
-use haptic_trial::preflight::note_findings;
-use haptic_trial::samples::keeps_all;
-use haptic_trial::simulate::World;
+use haptic_run::{Ran, Watched, folder::RunTable, run_beside};
+use haptic_trial::{
+    ending::Ending,
+    keys::teleoperation::{ARCHITECTURE, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS},
+    preflight::note_findings,
+    samples::keeps_all,
+    simulate::World,
+};
 use serde::Serialize;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
-use std::f64::consts::TAU;
+use std::{collections::BTreeMap, f64::consts::TAU};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]

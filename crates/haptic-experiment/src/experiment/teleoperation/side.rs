@@ -2,46 +2,51 @@
 //!
 //! Both devices are simulated and paced by the clock. A port is served by one socket; nothing blocks the tick.
 
-use super::line::{End, Line, unusable};
-use super::pair::Body;
-use super::report::TeleoperationVerdict;
-use super::{HandMotion, TeleoperationExperiment};
-use crate::experiment::kind::Experiment as _;
-use crate::judge::Published;
-use crate::judge::report::Files;
+use super::{
+    HandMotion, TeleoperationExperiment,
+    line::{End, Line, unusable},
+    pair::Body,
+    report::TeleoperationVerdict,
+};
+use crate::{
+    experiment::kind::Experiment as _,
+    judge::{Published, report::Files},
+};
 use fracdiff::Operator;
-use haptic_document::parameters::{SAMPLE_TIME, SKIPPED_SHARE};
-use haptic_document::{Failure, Rows, rows};
-use haptic_judge::curves::Drawing;
-use haptic_judge::decimated::Decimated;
-use haptic_judge::settling::SATURATED_S;
+use haptic_document::{
+    Failure, Rows,
+    parameters::{SAMPLE_TIME, SKIPPED_SHARE},
+    rows,
+};
+use haptic_judge::{curves::Drawing, decimated::Decimated, settling::SATURATED_S};
 use haptic_link::{Architecture, HandSide, hand_digest};
 use haptic_log::record::StartTime;
-use haptic_loop::realtime::Periodic;
-use haptic_loop::{Limit, Limiters, SafeForce};
+use haptic_loop::{Limit, Limiters, SafeForce, realtime::Periodic};
 use haptic_message::{END, TickMessage, flaw::LATE_FORCE};
 use haptic_quantity::{digits, written};
-use haptic_run::conduct::{close, note_periodic, tell_end};
-use haptic_run::folder::RunTable;
-use haptic_run::folder::{FolderRequest, OutputFolder};
-use haptic_run::realtime::RealtimeOptions;
-use haptic_run::record::RunRecord;
-use haptic_run::recorder::Recorder;
-use haptic_run::schedule::{Pace, Schedule};
-use haptic_run::{Ran, Supervisor, recorder};
+use haptic_run::{
+    Ran, Supervisor,
+    conduct::{close, note_periodic, tell_end},
+    folder::{FolderRequest, OutputFolder, RunTable},
+    realtime::RealtimeOptions,
+    record::RunRecord,
+    recorder,
+    recorder::Recorder,
+    schedule::{Pace, Schedule},
+};
 use haptic_teleoperation::{Introduction, PeerMessage, Port};
-use haptic_trial::ending::Ending;
-use haptic_trial::keys::teleoperation::MUST_BE_PASSIVE;
-use haptic_trial::tick::by_loop;
+use haptic_trial::{ending::Ending, keys::teleoperation::MUST_BE_PASSIVE, tick::by_loop};
 use serde::Serialize;
 use serde_json::json;
-use std::net::SocketAddr;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime};
+use std::{
+    net::SocketAddr,
+    sync::atomic::{AtomicBool, Ordering},
+    time::{Duration, SystemTime},
+};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum FarEnd {
+enum FarEnd {
     Done,
     /// Its time was over, but the clock had skipped more ticks than a result may miss.
     Late,

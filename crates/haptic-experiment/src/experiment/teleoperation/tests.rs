@@ -1,19 +1,29 @@
 //! Two hands over a line: energy over random lines, motions and places, and what is felt against the formula.
 
-use super::pair::PairTick;
-use super::report::{FeltAt, Judge};
-use super::{HandModel, HandMotion, RemotePlace, TeleoperationExperiment};
-use crate::ExperimentFile;
-use crate::experiment::bounded_tests::conducted;
-use crate::experiment::kind::{Conduct, Experiment as _};
-use crate::judge::Report;
+use super::{
+    HandModel, HandMotion, RemotePlace, TeleoperationExperiment,
+    pair::PairTick,
+    report::{FeltAt, Judge},
+};
+use crate::{
+    ExperimentFile,
+    experiment::{
+        bounded_tests::conducted,
+        kind::{Conduct, Experiment as _},
+    },
+    judge::Report,
+};
 use fracdiff::{Order, Seconds};
-use haptic_judge::modelled_tissue::{ModelledTissue, TissuePiece};
-use haptic_judge::preflight::Matter;
+use haptic_judge::{
+    modelled_tissue::{ModelledTissue, TissuePiece},
+    preflight::Matter,
+};
 use haptic_link::Architecture;
-use haptic_loop::Specimen;
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, SquareMetres};
+use haptic_loop::{
+    Specimen,
+    plant::MassDamperConfig,
+    units::{Kilograms, Metres, NewtonSecondsPerMetre, SquareMetres},
+};
 use haptic_teleoperation::{ChannelModel, CouplerGains};
 use haptic_tissue::Library;
 use haptic_trial::safety::Safety;

@@ -2,11 +2,15 @@
 
 use super::shape::{Grip, HandPath};
 use fracdiff::Real;
-use haptic_loop::plant::{Axes, MassDamperConfig};
-use haptic_loop::{Device, Reading, SafeForce, Shape, Surface as _};
+use haptic_loop::{
+    Device, Reading, SafeForce, Shape, Surface as _,
+    plant::{Axes, MassDamperConfig},
+};
 use haptic_message::{PerAxis, TickMessage};
-use haptic_trial::simulate::Instrumented;
-use haptic_trial::tick::{KeptSample, TickRecord, judged_force_n, per_axis};
+use haptic_trial::{
+    simulate::Instrumented,
+    tick::{KeptSample, TickRecord, judged_force_n, per_axis},
+};
 use nalgebra::SVector;
 use std::convert::Infallible;
 
@@ -29,11 +33,11 @@ pub(super) struct HeldAxes<const D: usize> {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HandEnergy {
     /// Energy given in all; negative if the hand gave more.
-    pub(super) given_j: f64,
+    pub given_j: f64,
     /// The most at any time.
-    pub(super) most_j: f64,
+    pub most_j: f64,
     /// All that went through the hand, either way.
-    pub(super) moved_j: f64,
+    pub moved_j: f64,
 }
 
 impl<const D: usize> HeldAxes<D> {

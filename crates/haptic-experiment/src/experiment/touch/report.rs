@@ -1,42 +1,47 @@
 //! Judges a touch: each force against the full history of the depth, and the energy of the hand.
 
-use super::device::{HandEnergy, depth};
-use super::shape::TouchShape;
-use super::{TOUCH_MUST_BE_PASSIVE, TouchExperiment};
-use crate::experiment::trial::{Seen, incomparable};
-use crate::judge::report::{
-    Files, Report, RunReport, closed_form_error, full_history_error, unmet,
+use super::{
+    TOUCH_MUST_BE_PASSIVE, TouchExperiment,
+    device::{HandEnergy, depth},
+    shape::TouchShape,
 };
-use crate::judge::warnings::Warnings;
-use crate::judge::{Published, origin};
-use haptic_document::parameters::SAMPLE_TIME;
-use haptic_document::{Failure, rows};
-use haptic_judge::compared::Compared;
-use haptic_judge::curves::{Curves, Drawing};
-use haptic_judge::decimated::Decimated;
-use haptic_judge::modelled_tissue::effective;
-use haptic_judge::preflight::Matter;
-use haptic_judge::reference::ReferenceWeights;
-use haptic_judge::sensed::SensedForce;
-use haptic_judge::settling::SATURATED_S;
+use crate::{
+    experiment::trial::{Seen, incomparable},
+    judge::{
+        Published, origin,
+        report::{Files, Report, RunReport, closed_form_error, full_history_error, unmet},
+        warnings::Warnings,
+    },
+};
+use haptic_document::{Failure, parameters::SAMPLE_TIME, rows};
+use haptic_judge::{
+    compared::Compared,
+    curves::{Curves, Drawing},
+    decimated::Decimated,
+    modelled_tissue::effective,
+    preflight::Matter,
+    reference::ReferenceWeights,
+    sensed::SensedForce,
+    settling::SATURATED_S,
+};
 use haptic_log::record::{Entry, LogReader};
 use haptic_loop::{Limit, Limiters, LoadingKind};
 use haptic_message::{TickMessage, column_name};
-use haptic_run::Ran;
-use haptic_run::record::RunRecord;
-use haptic_run::remote::device_name;
+use haptic_run::{Ran, record::RunRecord, remote::device_name};
 use haptic_tissue::indentation::ting;
-use haptic_trial::GuardChoice;
-use haptic_trial::safety::keys::{GUARD, RISE_TIME};
-use haptic_trial::sensor_offset::{SensorOffset, Tare};
-use haptic_trial::tick::{KeptSample, judged_force_n};
+use haptic_trial::{
+    GuardChoice,
+    safety::keys::{GUARD, RISE_TIME},
+    sensor_offset::{SensorOffset, Tare},
+    tick::{KeptSample, judged_force_n},
+};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum TouchVerdict {
+enum TouchVerdict {
     /// The hand was given no energy, and the force stayed within its limits.
     Passive,
     /// The hand was given energy.

@@ -1,34 +1,46 @@
 //! The loop of a touch: made of good parameters, judged along the normal, run with a log, here or on a device at a port, where the
 //! shape is felt in a real hand, or in that of an emulated board.
 
-use super::device::{HandEnergy, HeldAxes, TouchTick, depth};
-use super::report::PostureVerdict;
-use super::shape::{Grip, HandPath, TouchShape, Touched, per_axis};
 use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
     TouchExperiment,
+    device::{HandEnergy, HeldAxes, TouchTick, depth},
+    report::PostureVerdict,
+    shape::{Grip, HandPath, TouchShape, Touched, per_axis},
 };
-use crate::experiment::kind::{Conduct, Experiment};
-use crate::experiment::reading::metadata;
-use crate::experiment::trial::no_law_there;
-use crate::judge::{Published, Report};
+use crate::{
+    experiment::{
+        kind::{Conduct, Experiment},
+        reading::metadata,
+        trial::no_law_there,
+    },
+    judge::{Published, Report},
+};
 use haptic_analysis::Dynamics;
 use haptic_devices::haply::HaplyPlane;
-use haptic_document::Failure;
-use haptic_document::parameters::{DEVICE, TISSUE_IN_LOG};
+use haptic_document::{
+    Failure, bad_input,
+    parameters::{DEVICE, TISSUE_IN_LOG},
+};
 use haptic_judge::preflight::Preflight;
 use haptic_link::LoopMode;
-use haptic_loop::plant::{Axes, MassMatrix, Sensed};
-use haptic_loop::units::Kilograms;
-use haptic_loop::{Contact, Controller, SpringDamper};
+use haptic_loop::{
+    Contact, Controller, SpringDamper,
+    plant::{Axes, MassMatrix, Sensed},
+    units::Kilograms,
+};
 use haptic_remote::wire_surface;
-use haptic_run::Watched;
-use haptic_run::device::LinkedName;
-use haptic_run::remote::{RemoteDevice, RemoteLaw, RemoteRun, portable};
-use haptic_run::{Ran, run_logged};
-use haptic_trial::advice::parameter;
-use haptic_trial::preflight::{Findings, PreflightVerdict, note_findings};
-use haptic_trial::simulate::SimulatedLoop;
+use haptic_run::{
+    Ran, Watched,
+    device::LinkedName,
+    remote::{RemoteDevice, RemoteLaw, RemoteRun, portable},
+    run_logged,
+};
+use haptic_trial::{
+    advice::parameter,
+    preflight::{Findings, PreflightVerdict, note_findings},
+    simulate::SimulatedLoop,
+};
 use nalgebra::SVector;
 use std::collections::BTreeMap;
 
@@ -111,10 +123,10 @@ impl TouchExperiment {
         if begins <= START_MOST_M {
             return Ok(());
         }
-        Err(Failure::bad_input(format_args!(
+        Err(bad_input!(
             "the device begins {begins:.3e} m deep in the shape, which would be a blow: let the hand begin outside, \
              by {TOUCH_WAY} or {TOUCH_CIRCLE_START}, or move the shape"
-        )))
+        ))
     }
 
     fn run_in<const D: usize>(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
@@ -184,9 +196,9 @@ impl TouchExperiment {
     /// Refuses what a device at a port cannot do.
     fn check_on<const D: usize>(&self) -> Result<(), Failure> {
         if self.must_be_passive {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "{TOUCH_MUST_BE_PASSIVE} is for the simulated device, where the energy of the hand is known: omit it with {DEVICE}"
-            )));
+            ));
         }
         match self.plane().filter(|_| D == 2) {
             Some(plane) => self.reached(&plane).map(drop),

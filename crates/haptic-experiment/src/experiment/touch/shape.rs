@@ -3,8 +3,7 @@
 use super::{TOUCH_NORMAL, TOUCH_SURFACE};
 use fracdiff::Operator;
 use haptic_document::{Failure, named};
-use haptic_loop::units::Metres;
-use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper};
+use haptic_loop::{Ball, Contact, Plane, Shape, SpringDamper, units::Metres};
 use std::f64::consts::{PI, TAU};
 
 /// Means by which the hand moves the device.

@@ -1,11 +1,12 @@
 //! Settings for a device at a port on which no law runs, or one that is pushed.
 
 use haptic_judge::setup::TrialSetup;
-use haptic_loop::SafetyLimits;
-use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::{SafetyLimits, plant::MassDamperConfig};
 use haptic_run::remote::{RemoteLaw, held};
-use haptic_trial::safe_chain::limits_there;
-use haptic_trial::safety::{GuardedDevice, Safety};
+use haptic_trial::{
+    safe_chain::limits_there,
+    safety::{GuardedDevice, Safety},
+};
 
 /// The push for a serial device, and no law at all: one of a loop on the host.
 pub(crate) fn law_of(setup: &TrialSetup) -> RemoteLaw {

@@ -1,41 +1,47 @@
 //! An experiment on a pushed device: the interface of a wall and a coupler, and the report of both.
 
 use super::second::{OfDrive, driven, push_into};
-use crate::experiment::drive::{SecondReport, tell};
-use crate::experiment::kind::{Conduct, Experiment};
-use crate::experiment::reading::metadata;
-use crate::judge::report::{
-    Files, Report, RunReport, closed_form_error, full_history_error, unmet,
+use crate::{
+    experiment::{
+        drive::{SecondReport, tell},
+        kind::{Conduct, Experiment},
+        reading::metadata,
+    },
+    judge::{
+        Published, origin,
+        report::{Files, Report, RunReport, closed_form_error, full_history_error, unmet},
+        warnings::Warnings,
+    },
 };
-use crate::judge::warnings::Warnings;
-use crate::judge::{Published, origin};
-use fracdiff::full_memory::Kernel;
-use fracdiff::{Order, Scheme};
-use haptic_document::parameters::TISSUE_IN_LOG;
-use haptic_document::{Failure, Named as _, rows};
-use haptic_judge::compared::Compared;
-use haptic_judge::curves::{Curves, Drawing};
-use haptic_judge::decimated::Decimated;
-use haptic_judge::felt::{FeltSummary, Tally};
-use haptic_judge::pushed::PushedLoop;
-use haptic_judge::pushed_trial::{Hit, PushedTrial};
-use haptic_judge::reference::ReferenceWeights;
-use haptic_judge::reference::TOLERANCE;
-use haptic_judge::sensed::SensedForce;
-use haptic_judge::settling::{Criterion, Settling, TrialVerdict};
-use haptic_judge::setup::{TrialParts, TrialSetup};
-use haptic_run::Watched;
-use haptic_run::record::RunRecord;
-use haptic_run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
-use haptic_run::{Ran, run_logged};
-use haptic_trial::GuardChoice;
-use haptic_trial::ending::Ending;
-use haptic_trial::keys::trial::PushBy;
-use haptic_trial::preflight::{Findings, PreflightVerdict, note_findings};
-use haptic_trial::tick::KeptSample;
+use fracdiff::{Order, Scheme, full_memory::Kernel};
+use haptic_document::{Failure, Named as _, parameters::TISSUE_IN_LOG, rows};
+use haptic_judge::{
+    compared::Compared,
+    curves::{Curves, Drawing},
+    decimated::Decimated,
+    felt::{FeltSummary, Tally},
+    pushed::PushedLoop,
+    pushed_trial::{Hit, PushedTrial},
+    reference::{ReferenceWeights, TOLERANCE},
+    sensed::SensedForce,
+    settling::{Criterion, Settling, TrialVerdict},
+    setup::{TrialParts, TrialSetup},
+};
+use haptic_run::{
+    Ran, Watched,
+    record::RunRecord,
+    remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name},
+    run_logged,
+};
+use haptic_trial::{
+    GuardChoice,
+    ending::Ending,
+    keys::trial::PushBy,
+    preflight::{Findings, PreflightVerdict, note_findings},
+    tick::KeptSample,
+};
 use serde_json::json;
-use std::collections::BTreeMap;
-use std::fmt::Debug;
+use std::{collections::BTreeMap, fmt::Debug};
 
 /// Said of a trial whose push came from the motor that rendered the law.
 const SHARED: &str = "one actuator rendered the law and pushed: its limits held for both together";
@@ -77,10 +83,10 @@ pub(crate) trait Trial: PushedTrial + Debug + Send + Sync + 'static {
 /// A law on a pushed device, and how it is run.
 #[derive(Clone, Debug)]
 pub(crate) struct Conducted<T> {
-    pub(crate) trial: T,
-    pub(crate) conduct: Conduct,
+    pub trial: T,
+    pub conduct: Conduct,
     /// A second device at a port, which pushes.
-    pub(crate) second: Option<RemoteDevice>,
+    pub second: Option<RemoteDevice>,
 }
 
 impl<T: Trial> Conducted<T> {

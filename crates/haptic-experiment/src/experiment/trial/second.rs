@@ -3,14 +3,16 @@
 use super::law_there::no_law_there;
 use crate::experiment::drive::DriveSamples;
 use haptic_document::{Failure, parameters as p};
-use haptic_judge::pushed::{SecondDevice, unguarded};
-use haptic_judge::trial::{TrialPlan, no_wall};
+use haptic_judge::{
+    pushed::{SecondDevice, unguarded},
+    trial::{TrialPlan, no_wall},
+};
 use haptic_loop::{Controller, Environment, OwnPush};
-use haptic_run::remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices};
-use haptic_run::{Ran, Supervisor};
-use haptic_trial::ending::MotorPush;
-use haptic_trial::safety::Safety;
-use haptic_trial::tick::KeptSample;
+use haptic_run::{
+    Ran, Supervisor,
+    remote::{PairRun, RemoteDevice, RemoteLaw, RemoteRun, blank, fits_two_devices},
+};
+use haptic_trial::{ending::MotorPush, safety::Safety, tick::KeptSample};
 use std::sync::Arc;
 
 /// Place, m, and force, N, of a second device at a sample of the first; asked for in their order.

@@ -1,15 +1,20 @@
 //! Questions of a session about laws: which may be felt, and which may become one another in the hand.
 
-use super::opening::{law_keys, wall};
-use super::{Allowed, Course, NOT_ALLOWED, Session};
+use super::{
+    Allowed, Course, NOT_ALLOWED, Session,
+    opening::{law_keys, wall},
+};
 use crate::live::orders::locked;
 use haptic_analysis::Dynamics;
-use haptic_document::parameters::CONTROLLER;
-use haptic_document::{Document, Failure, Named as _};
-use haptic_judge::law_region::{LawRegion, prove_mix};
-use haptic_judge::wall::WallTrial;
-use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_STIFFNESS};
-use haptic_trial::in_hand::law::{HORIZON, refuse_unstable};
+use haptic_document::{Document, Failure, Named as _, bad_input, parameters::CONTROLLER};
+use haptic_judge::{
+    law_region::{LawRegion, prove_mix},
+    wall::WallTrial,
+};
+use haptic_trial::in_hand::{
+    hand::{HAND_DAMPING, HAND_STIFFNESS},
+    law::{HORIZON, refuse_unstable},
+};
 
 impl Session {
     /// Judges walls, each with the keys of a `[wall]` for its law, on this device, free and in a hand. All may be felt, or none; the number
@@ -21,7 +26,7 @@ impl Session {
         self.goes_on()?;
         let judged = walls.iter().enumerate().map(|(place, wall)| {
             let judged = self.law_of(wall).and_then(|trial| self.judged(trial));
-            judged.map_err(|failure| Failure::bad_input(format_args!("wall {place}: {failure}")))
+            judged.map_err(|failure| bad_input!("wall {place}: {failure}"))
         });
         let judged = judged.collect::<Result<Vec<Allowed>, Failure>>()?;
         let mut course = locked(&self.course);
@@ -37,16 +42,16 @@ impl Session {
             .find(|given| law_keys().all(|key| key != *given))
         {
             if other == CONTROLLER.key {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "{other} cannot be felt in a session: its memory follows the force that was sent, which no law has alone while two fade or \
                      energy runs out, so no change could be proved; give a wall or a tissue, and judge a controller by [zwidth]"
-                )));
+                ));
             }
             let keys: Vec<&str> = law_keys().collect();
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "{other} is not a key of a wall to feel: give some of {}",
                 keys.join(", ")
-            )));
+            ));
         }
         Ok(wall(&self.base.with(law)?)?.trial)
     }

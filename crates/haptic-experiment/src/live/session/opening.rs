@@ -1,36 +1,44 @@
 //! The beginning of a session, and its end: documents, the claim on a device, and the work of the thread of its loop.
 
-use crate::experiment::kind::Experiment as _;
-use crate::experiment::trial::law_of;
-use crate::experiment::wall::WallExperiment;
-use crate::live::orders::locked;
-use crate::live::runner::{HeldWorld, Steering};
-use crate::live::ticking::{FadingFelt, Looping};
-use crate::live::waiting::Gate;
-use crate::open::DocumentOfKind as _;
-use crate::open::ExperimentFile;
-use haptic_document::parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME};
-use haptic_document::{Document, Failure, IN_LOG};
-use haptic_loop::Controller;
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::NewtonsPerMetre;
+use crate::{
+    experiment::{kind::Experiment as _, trial::law_of, wall::WallExperiment},
+    live::{
+        orders::locked,
+        runner::{HeldWorld, Steering},
+        ticking::{FadingFelt, Looping},
+        waiting::Gate,
+    },
+    open::{DocumentOfKind as _, ExperimentFile},
+};
+use haptic_document::{
+    Document, Failure, IN_LOG, bad_input,
+    parameters::{DAMPING, DEVICE, DEVICE_MODEL, LOOP, MASS, SAMPLE_TIME, SCHEME},
+};
+use haptic_loop::{Controller, plant::MassDamperConfig, units::NewtonsPerMetre};
 use haptic_quantity::written;
 use haptic_remote::serial::SerialLink;
-use haptic_run::device::LinkedName;
-use haptic_run::folder::FolderRequest;
-use haptic_run::realtime::RealtimeOptions;
-use haptic_run::remote::{RemoteDevice, RemoteRun, blank, delay_of};
-use haptic_run::schedule::Schedule;
-use haptic_run::{Ran, Supervisor, run_logged};
-use haptic_trial::in_hand::hand::HeldDevice;
-use haptic_trial::keys::trial::{PUSH, TRIAL_FORCE_LIMIT};
-use haptic_trial::keys::wall::{DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_LAW};
+use haptic_run::{
+    Ran, Supervisor,
+    device::LinkedName,
+    folder::FolderRequest,
+    realtime::RealtimeOptions,
+    remote::{RemoteDevice, RemoteRun, blank, delay_of},
+    run_logged,
+    schedule::Schedule,
+};
+use haptic_trial::{
+    in_hand::hand::HeldDevice,
+    keys::{
+        trial::{PUSH, TRIAL_FORCE_LIMIT},
+        wall::{DISSIPATION, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT, WALL_LAW},
+    },
+};
 use serde::Serialize;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::Sender;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError, atomic::AtomicBool, mpsc::Sender},
+};
 
 /// Name of a session in its log.
 const KIND: &str = "session";
@@ -58,9 +66,9 @@ impl Claim {
     pub(super) fn of(name: &LinkedName) -> Result<Self, Failure> {
         let mut open = locked(&OPEN);
         if open.iter().any(|other| other.may_be(name)) {
-            return Err(Failure::bad_input(format_args!(
+            return Err(bad_input!(
                 "a session on {name} is open already: close it first"
-            )));
+            ));
         }
         open.push(name.clone());
         Ok(Self(name.clone()))
@@ -110,16 +118,16 @@ pub struct SessionReport {
 #[derive(Debug)]
 pub(super) struct Ended {
     /// The failure, for the first who asks.
-    pub(super) failure: Option<Failure>,
-    pub(super) words: String,
-    pub(super) report: Option<SessionReport>,
+    pub failure: Option<Failure>,
+    pub words: String,
+    pub report: Option<SessionReport>,
 }
 
 /// Facts of the device before it is armed.
 pub(super) struct Connected {
     /// Samples by which the loop here is later than one on it.
-    pub(super) line: usize,
-    pub(super) rise_ticks: u64,
+    pub line: usize,
+    pub rise_ticks: u64,
 }
 
 /// The document with what a session decides.
@@ -128,14 +136,14 @@ pub(super) fn prepared(options: &SessionOptions) -> Result<Document, Failure> {
     let given: Vec<String> = document.given().map(str::to_owned).collect();
     let has = |key: &str| given.iter().any(|given| given == key);
     if let Some(key) = law_keys().find(|key| has(key)) {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "{key} is of a wall, not of the session: give it in a wall to allow"
-        )));
+        ));
     }
     if !has(TRIAL_FORCE_LIMIT.key) {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "{TRIAL_FORCE_LIMIT} is missing: give the largest force on a person"
-        )));
+        ));
     }
     let mut set = |key: &str, value: toml::Value| document.set(TABLE, key, value, "");
     set(ONE_SIDED.key, true.into())?;
@@ -182,10 +190,10 @@ pub(super) fn request(
         .map(|stem| stem.to_string_lossy().into_owned());
     let is_log = log.extension().is_some_and(|ending| ending == "mcap");
     let Some(stem) = stem.filter(|_| is_log) else {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "log = \"{}\" is not the name of a log: write it as p07.mcap",
             log.display()
-        )));
+        ));
     };
     if log.exists() {
         return Err(Failure::exists(
@@ -205,16 +213,16 @@ pub(super) fn request(
 
 /// All that the thread of the loop owns.
 pub(super) struct Work {
-    pub(super) wall: WallExperiment,
-    pub(super) controller: Controller<f64, 1, FadingFelt>,
-    pub(super) looping: Looping,
-    pub(super) request: FolderRequest,
-    pub(super) metadata: BTreeMap<String, String>,
-    pub(super) gate: Option<Arc<Gate>>,
-    pub(super) stop: Arc<AtomicBool>,
-    pub(super) connected: Sender<Connected>,
+    pub wall: WallExperiment,
+    pub controller: Controller<f64, 1, FadingFelt>,
+    pub looping: Looping,
+    pub request: FolderRequest,
+    pub metadata: BTreeMap<String, String>,
+    pub gate: Option<Arc<Gate>>,
+    pub stop: Arc<AtomicBool>,
+    pub connected: Sender<Connected>,
     /// Mass and damping are given.
-    pub(super) is_known: bool,
+    pub is_known: bool,
 }
 
 impl Work {
@@ -254,9 +262,9 @@ impl Work {
         let connected = |link: &SerialLink, rise_ticks| {
             let simulated = link.capabilities().simulated;
             if !(simulated || self.is_known) {
-                return Err(Failure::bad_input(format_args!(
+                return Err(bad_input!(
                     "the device is unknown, so no wall can be judged: give {DEVICE_MODEL}, or {MASS} and {DAMPING}"
-                )));
+                ));
             }
             // Whoever opens may have given up.
             let _ = self.connected.send(Connected {

@@ -1,10 +1,12 @@
 //! Walls in any order, most of them asked for while another still fades, in a hand that roves; all is held to the log of its session.
 
 use super::*;
-use haptic_judge::preflight::WallContact;
-use haptic_judge::setup::TrialSetup;
-use haptic_judge::trial::{TrialPlan, VirtualWall};
-use haptic_judge::wall::WallTrial;
+use haptic_judge::{
+    preflight::WallContact,
+    setup::TrialSetup,
+    trial::{TrialPlan, VirtualWall},
+    wall::WallTrial,
+};
 
 /// The law that a session makes of an order, K, N/m, and B, N·s^μ/m.
 fn made((order, k, b, contact): (f64, f64, f64, WallContact)) -> Pushing<VirtualWall> {

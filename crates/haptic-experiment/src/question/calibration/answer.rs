@@ -1,28 +1,37 @@
 //! A calibration from its document to its report.
 
-use super::conduct::{Bench, Found, done};
-use super::line::{Point, line};
-use super::{CALIBRATE_STEP, CALIBRATE_WEIGHT, CALIBRATION, GRAVITY, Person, TABLES, Task, asked};
-use crate::experiment::reading::remote_by;
-use crate::question::measurement::serial::{armed, opened};
-use haptic_document::Warn;
-use haptic_document::parameters::{DEVICE, DEVICE_MODEL, Parameter};
-use haptic_document::{Document, Failure, FileError};
+use super::{
+    CALIBRATE_STEP, CALIBRATE_WEIGHT, CALIBRATION, GRAVITY, Person, TABLES, Task, asked,
+    conduct::{Bench, Found, done},
+    line::{Point, line},
+};
+use crate::{
+    experiment::reading::remote_by,
+    question::measurement::serial::{armed, opened},
+};
+use haptic_document::{
+    Document, Failure, FileError, Warn,
+    parameters::{DEVICE, DEVICE_MODEL, Parameter},
+};
 use haptic_log::record::StartTime;
-use haptic_measurement::drive::INTERRUPTED;
-use haptic_measurement::{MEASURE_DEVICE, MeasurePlan};
+use haptic_measurement::{MEASURE_DEVICE, MeasurePlan, drive::INTERRUPTED};
 use haptic_quantity::written;
-use haptic_run::device::at_link;
-use haptic_run::remote::RemoteDevice;
-use haptic_trial::DeviceModel;
-use haptic_trial::device_table::device_model;
-use haptic_trial::plant_file::calibration::{
-    Calibration, MOTOR_FACTOR, MeasuredNumber, SENSOR_FACTOR, SENSOR_LAG, SENSOR_OFFSET,
+use haptic_run::{device::at_link, remote::RemoteDevice};
+use haptic_trial::{
+    DeviceModel,
+    device_table::device_model,
+    plant_file::calibration::{
+        Calibration, MOTOR_FACTOR, MeasuredNumber, SENSOR_FACTOR, SENSOR_LAG, SENSOR_OFFSET,
+    },
 };
 use serde::Serialize;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime};
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, SystemTime},
+};
 
 #[cfg(test)]
 mod tests;

@@ -1,19 +1,21 @@
 //! The forces of a calibration on an armed axis, through the safety chain: they rise and fall slowly, and are held while a person reads.
 
-use super::line::Point;
-use super::{Person, Task, asked};
+use super::{Person, Task, asked, line::Point};
 use crate::question::measurement::serial::Stoppable;
 use haptic_document::Failure;
-use haptic_loop::units::Seconds;
-use haptic_loop::{Controller, Device, Engaged, Environment, SafetyChain};
-use haptic_measurement::drive::{DriveError, DriveOutcome};
-use haptic_measurement::{MEASURE_FORCE_LIMIT, MeasurePlan};
+use haptic_loop::{Controller, Device, Engaged, Environment, SafetyChain, units::Seconds};
+use haptic_measurement::{
+    MEASURE_FORCE_LIMIT, MeasurePlan,
+    drive::{DriveError, DriveOutcome},
+};
 use haptic_quantity::written;
 use haptic_trial::plant_file::calibration::MeasuredNumber;
 use nalgebra::Vector1;
 use num_complex::Complex;
-use std::f64::consts::TAU;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::{
+    f64::consts::TAU,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 /// Forces that are read, in thirds of the largest; the last two are reached from above.
 const LEVELS: [f64; 5] = [1.0, 2.0, 3.0, 2.0, 1.0];

@@ -5,7 +5,7 @@
 //! ```
 //! Half an interval is t·σ·‖row of A⁺‖₂ for the scatter σ with t of Student, and half a step of the instrument times ‖row of A⁺‖₁, at its worst.
 
-use haptic_document::Failure;
+use haptic_document::{Failure, bad_input};
 use haptic_measurement::MEASURE_FORCE_LIMIT;
 use haptic_trial::plant_file::calibration::MeasuredNumber;
 use nalgebra::{DMatrix, DVector};
@@ -62,7 +62,7 @@ pub(super) fn line(
     if freedom > 0.0 && slope.relative() <= TELLS {
         return Ok([slope, about(1)]);
     }
-    Err(Failure::bad_input(format_args!(
+    Err(bad_input!(
         "the readings tell no factor (within ±{TELLS}): read forces that differ more, with a larger {MEASURE_FORCE_LIMIT} and force limit of the device where friction hides them, or on a finer instrument",
-    )))
+    ))
 }

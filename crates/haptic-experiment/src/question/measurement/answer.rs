@@ -1,27 +1,34 @@
 //! A measurement from its document to its report.
 
-use crate::experiment::reading::remote_by;
-use crate::question::measurement::serial::{Moved, on_serial};
-use haptic_document::Warn;
-use haptic_document::parameters::SIMULATED;
-use haptic_document::parameters::{DEVICE, DEVICE_MODEL};
-use haptic_document::{Document, Failure, FileError};
+use crate::{
+    experiment::reading::remote_by,
+    question::measurement::serial::{Moved, on_serial},
+};
+use haptic_document::{
+    Document, Failure, FileError, Warn,
+    parameters::{DEVICE, DEVICE_MODEL, SIMULATED},
+};
 use haptic_log::record::StartTime;
 use haptic_loop::plant::MassDamperConfig;
-use haptic_measurement::drive::on_simulated;
-use haptic_measurement::estimate::{Measured, device_model, estimate};
-use haptic_measurement::response::{ResponseLine, coherent, response, table};
-use haptic_measurement::robot::{MeasuredRobot, estimate_robot};
-use haptic_measurement::{MEASURE_DEVICE, MEASUREMENT, MeasurePlan, TABLES};
+use haptic_measurement::{
+    MEASURE_DEVICE, MEASUREMENT, MeasurePlan, TABLES,
+    drive::on_simulated,
+    estimate::{Measured, device_model, estimate},
+    response::{ResponseLine, coherent, response, table},
+    robot::{MeasuredRobot, estimate_robot},
+};
 use haptic_quantity::{digits, written};
 use haptic_run::remote::RemoteDevice;
-use haptic_trial::device_table::{device, with_devices, without};
-use haptic_trial::plant_file::calibration::{Calibration, MOTOR_FACTOR};
-use haptic_trial::{DeviceModel, Sensors};
+use haptic_trial::{
+    DeviceModel, Sensors,
+    device_table::{device, with_devices, without},
+    plant_file::calibration::{Calibration, MOTOR_FACTOR},
+};
 use serde::Serialize;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-use std::time::{Duration, SystemTime};
+use std::{
+    sync::{Arc, atomic::AtomicBool},
+    time::{Duration, SystemTime},
+};
 
 /// A measurement of a device, all of its parameters checked.
 #[derive(Clone, Debug)]

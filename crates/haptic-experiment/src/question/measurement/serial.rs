@@ -1,30 +1,34 @@
 //! A measurement on a device at a port: the loop is here, and the device keeps its own limits.
 
-use haptic_document::Warn;
-use haptic_document::{Failure, Named as _};
+use haptic_document::{Failure, Named as _, Warn, bad_input};
 use haptic_link::{Configuration, LoopMode, Scope, Simulation, SimulationKind, Start};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_measurement::drive::{DriveError, INTERRUPTED, drive};
-use haptic_measurement::robot::drive_robot;
-use haptic_measurement::{HELD, MEASURE_AXIS, MeasurePlan, MeasuredAxis, MotionRecord, OwnLimits};
-use haptic_remote::LinkError;
-use haptic_remote::serial::{SerialError, SerialLink};
-use haptic_run::device::{at_link, at_port, firmware_version, refused_at_port};
-use haptic_run::realtime::RealtimeOptions;
-use haptic_run::remote::{RemoteDevice, RemoteLaw, agreed, push};
-use haptic_run::schedule::{Pace, Schedule};
+use haptic_measurement::{
+    HELD, MEASURE_AXIS, MeasurePlan, MeasuredAxis, MotionRecord, OwnLimits,
+    drive::{DriveError, INTERRUPTED, drive},
+    robot::drive_robot,
+};
+use haptic_remote::{
+    LinkError,
+    serial::{SerialError, SerialLink},
+};
+use haptic_run::{
+    device::{at_link, at_port, firmware_version, refused_at_port},
+    realtime::RealtimeOptions,
+    remote::{RemoteDevice, RemoteLaw, agreed, push},
+    schedule::{Pace, Schedule},
+};
 use haptic_trial::ending::Lateness;
 use nalgebra::SVector;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, atomic::AtomicBool};
 
 /// Motion of a device that takes a force, or of a robot.
 pub(crate) struct Moved {
-    pub(crate) record: MotionRecord,
-    pub(crate) is_robot: bool,
+    pub record: MotionRecord,
+    pub is_robot: bool,
     /// Its board and firmware, in words.
-    pub(crate) board: String,
-    pub(crate) plan: MeasurePlan,
+    pub board: String,
+    pub plan: MeasurePlan,
 }
 
 /// Measures a serial device. Its own limits hold too, where they are tighter.
@@ -91,13 +95,13 @@ pub(in crate::question) fn opened(
     let axes = link.capabilities().axes;
     let MeasuredAxis(axis) = plan.axis;
     if axis >= usize::from(axes) {
-        return Err(Failure::bad_input(format_args!(
+        return Err(bad_input!(
             "`{}` = {} is not on {}, which has {axes} {}: omit it",
             MEASURE_AXIS.key,
             plan.axis.name(),
             remote.name,
             if axes == 1 { "axis" } else { "axes" },
-        )));
+        ));
     }
     let set = link.configuration();
     let (set, _) = set.map_err(|error| at_port(link.path(), &error))?;

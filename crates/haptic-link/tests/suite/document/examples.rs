@@ -1,7 +1,6 @@
 //! The examples of the document, byte by byte.
 
-use super::reader::Document;
-use super::{frame, frame_with};
+use super::{frame, frame_with, reader::Document};
 use crate::frames::CONNECTION;
 use haptic_link::{
     Ack, BatchItem, CoefficientBlock, Configuration, DeviceReport, DigestBuilder, Direction, Field,

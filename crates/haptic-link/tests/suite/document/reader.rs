@@ -1,8 +1,7 @@
 //! The document as it is read: tables of fields, and what they say of bytes and values.
 
 use serde_json::Value;
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 /// Offset of a field that begins where the one before ends.
 const FOLLOWS: usize = usize::MAX;

@@ -1,8 +1,10 @@
 //! A message counts in one form only.
 
 use super::content;
-use crate::frames::{body, header, line};
-use crate::messages::{reports, requests};
+use crate::{
+    frames::{body, header, line},
+    messages::{reports, requests},
+};
 use haptic_link::{DeviceReport, Direction, FRAME_MAX, Receiver, Request, encode};
 
 /// Bytes that are a message on their own.

@@ -3,11 +3,13 @@
 use super::{GUARD, plain, set};
 use crate::line::{Bench, beyond};
 use haptic_link::{Field, GuardKind, Limits, Request};
-use haptic_loop::units::{
-    Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
-    Seconds,
+use haptic_loop::{
+    EnergyBounding, PassivityObserver, SpeedLimit, Workspace,
+    units::{
+        Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons,
+        NewtonsPerSecond, Seconds,
+    },
 };
-use haptic_loop::{EnergyBounding, PassivityObserver, SpeedLimit, Workspace};
 
 /// One number of the limits.
 type Number = fn(&mut Limits) -> &mut f32;

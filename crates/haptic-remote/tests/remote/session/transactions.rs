@@ -5,8 +5,7 @@ use fracdiff::{PortableOperator, portable::Form};
 use haptic_link::{
     Configuration, DeviceReport, EventKind, Field, OperatorForm, OperatorShape, Refusal, Request,
 };
-use haptic_loop::units::Metres;
-use haptic_loop::{Contact, DepthMap, Environment, SpringDamper};
+use haptic_loop::{Contact, DepthMap, Environment, SpringDamper, units::Metres};
 
 #[test]
 fn a_configuration_takes_effect_as_a_whole_and_reads_back() {

@@ -3,17 +3,23 @@
 //! The line is in virtual time once it is mad: a read takes its wait of the line's own clock, and a share of that of this machine's.
 //! By night both are one; what was listened counts, as this machine may be busy.
 
-use super::tests::{look, quiet, rendered};
-use super::*;
-use haptic_emulator::LineFaults;
-use haptic_emulator::board::{Emulation, emulate};
+use super::{
+    tests::{look, quiet, rendered},
+    *,
+};
+use haptic_emulator::{
+    LineFaults,
+    board::{Emulation, emulate},
+};
 use haptic_link::{
     BatchItem, Configuration, DeviceReport, Direction, Event, FRAME_MAX, Header, Limits, Receiver,
     encode,
 };
 use haptic_remote::serial::{Line, Pipe};
-use std::io::{ErrorKind, Read, Result as Done, Write};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::{
+    io::{ErrorKind, Read, Result as Done, Write},
+    sync::{Arc, Mutex, MutexGuard},
+};
 use testkit::Random;
 
 const fn ms(ms: u64) -> Duration {

@@ -1,20 +1,26 @@
 //! A session that is handed its samples one by one, and two that share a contact.
 
 use super::*;
-use crate::remote::bad_lines::reported;
-use crate::remote::bad_lines::{ready, remote};
-use crate::remote::partner::{Both, Clock};
-use crate::{FolderRequest, recorder};
+use crate::{
+    FolderRequest, recorder,
+    remote::{
+        bad_lines::{ready, remote, reported},
+        partner::{Both, Clock},
+    },
+};
 use haptic_link::{BatchItem, Capabilities, Configuration, Limits};
 use haptic_log::record::{Entry, LogReader};
-use haptic_loop::units::{Newtons, NewtonsPerSecond, Seconds};
-use haptic_loop::{Fault, Limiters, SafetyChain};
+use haptic_loop::{
+    Fault, Limiters, SafetyChain,
+    units::{Newtons, NewtonsPerSecond, Seconds},
+};
 use haptic_message::flaw;
-use haptic_remote::serial::{BoardTrouble, DeviceTime, Served, ServedHardware};
-use haptic_remote::{Hardware, Impossible, abilities};
+use haptic_remote::{
+    Hardware, Impossible, abilities,
+    serial::{BoardTrouble, DeviceTime, Served, ServedHardware},
+};
 use haptic_trial::ending::LetGo;
-use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, atomic::AtomicBool};
 use testkit::Folder;
 
 type Session<'a> = HostSession<'a, TickMessage, 1>;
@@ -43,7 +49,7 @@ pub(super) fn quiet() -> Supervisor<'static> {
 
 /// Record of a finished session, and its log.
 pub(super) struct Left {
-    pub(super) record: RunRecord,
+    pub record: RunRecord,
     ticks: Vec<TickMessage>,
     /// Kinds and times, s.
     events: Vec<(String, f64)>,

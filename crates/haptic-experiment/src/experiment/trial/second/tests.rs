@@ -1,9 +1,9 @@
 //! A second device pushes: its report, and what is refused.
 
-use crate::experiment::bounded_tests::conducted;
-use crate::experiment::kind::Experiment as _;
-use crate::experiment::wall::WallExperiment;
-use crate::open::ExperimentFile;
+use crate::{
+    experiment::{bounded_tests::conducted, kind::Experiment as _, wall::WallExperiment},
+    open::ExperimentFile,
+};
 use serde_json::json;
 use std::path::Path;
 use testkit::Folder;

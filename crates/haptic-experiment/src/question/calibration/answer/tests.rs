@@ -5,14 +5,18 @@
 use super::*;
 use crate::question::calibration::conduct::Axis;
 use fracdiff::Seconds;
-use haptic_loop::plant::{ForceSensor, ForceSensorConfig, MassDamper, MassDamperConfig};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons};
-use haptic_loop::{Device, Reading, SafeForce};
+use haptic_loop::{
+    Device, Reading, SafeForce,
+    plant::{ForceSensor, ForceSensorConfig, MassDamper, MassDamperConfig},
+    units::{Kilograms, NewtonSecondsPerMetre, Newtons},
+};
 use haptic_measurement::drive::DriveError;
 use nalgebra::Vector1;
-use std::convert::Infallible;
-use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::{
+    convert::Infallible,
+    path::Path,
+    sync::{Arc, Mutex},
+};
 use testkit::Random;
 
 /// Steps of the plant in a millisecond.

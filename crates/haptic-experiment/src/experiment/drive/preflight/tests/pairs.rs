@@ -6,12 +6,13 @@ use super::{Drive, TissueLaw, device, held};
 use fracdiff::{Differintegrator as _, Operator, OperatorHistory, Order, Scheme, Seconds};
 use fractional_control::{ControllerSetup, PidParameters, SampledLaw};
 use haptic_analysis::Dynamics;
-use haptic_judge::controller_holder::ControllerHolder;
-use haptic_judge::modelled_tissue::loop_operator;
-use haptic_loop::plant::{
-    FacingConfig, FacingContact, FacingDevices, FacingSide, Holder as _, RampHold, RigDrive,
+use haptic_judge::{controller_holder::ControllerHolder, modelled_tissue::loop_operator};
+use haptic_loop::{
+    plant::{
+        FacingConfig, FacingContact, FacingDevices, FacingSide, Holder as _, RampHold, RigDrive,
+    },
+    units::{Metres, NewtonSecondsPerMetre, NewtonsPerMetre},
 };
-use haptic_loop::units::{Metres, NewtonSecondsPerMetre, NewtonsPerMetre};
 use rayon::prelude::*;
 use std::sync::Arc;
 use testkit::Random;
