@@ -2,14 +2,12 @@
 
 import { Chart, legend, type Line as Curve } from "./chart";
 import { joined } from "./columns";
-import { el, say } from "./dom";
+import { button, el, say } from "./dom";
 import { FrontMap } from "./front";
 import { number, plain } from "./format";
 import { spoken } from "./names";
-import type { Answer, Line } from "./protocol";
+import type { Answer, Line, Values } from "./protocol";
 import { save } from "./save";
-
-type Values = Record<string, unknown>;
 
 /** Colours of orders, best told apart first. */
 const COLOURS = ["--blue", "--verm", "--green", "--rose", "--ink", "--gold", "--mute"];
@@ -79,10 +77,6 @@ export class AnswerPanel {
     this.holder.hidden = true;
   }
 
-  themed(): void {
-    for (const chart of this.charts) chart.redraw();
-  }
-
   /** Largest stiffness over dissipation, both without units, so that all orders go into one picture. */
   private map(orders: Values[]): void {
     const curves = orders.flatMap((order, index) => {
@@ -146,20 +140,14 @@ export class AnswerPanel {
 
   private proposal({ experiment }: Answer): Node[] {
     if (experiment === null) return [];
-    const run = el("button", { type: "button", class: "primary" }, "Run it");
-    run.addEventListener("click", () => this.tryOut(experiment.kind, experiment.parameters));
-    const keep = el("button", { type: "button" }, "Save as experiment file");
-    keep.addEventListener("click", () => save(new Blob([experiment.text], { type: "application/toml" }), "design.toml"));
-    const text = el("details", {}, el("summary", {}, "The file"), el("pre", {}, experiment.text));
-    const feel = el("button", { type: "button", hidden: experiment.kind !== "wall" }, "Feel it");
-    feel.addEventListener("click", () => this.feelIt(experiment.text));
-    return [el("div", { class: "buttons" }, run, feel, keep), text];
+    const run = button("Run it", () => this.tryOut(experiment.kind, experiment.parameters), { class: "primary" });
+    const keep = button("Save as experiment file", () => save(experiment.text, "application/toml", "design.toml"));
+    const feel = button("Feel it", () => this.feelIt(experiment.text), { hidden: experiment.kind !== "wall" });
+    return [el("div", { class: "buttons" }, run, feel, keep), el("details", {}, el("summary", {}, "The file"), el("pre", {}, experiment.text))];
   }
 
   private files(answer: Answer): HTMLElement {
-    const keep = el("button", { type: "button" }, "JSON");
-    keep.addEventListener("click", () => save(new Blob([JSON.stringify(answer.report, null, 2)], { type: "application/json" }), `${answer.kind}.json`));
-    return el("div", { class: "buttons" }, keep);
+    return el("div", { class: "buttons" }, button("JSON", () => save(JSON.stringify(answer.report, null, 2), "application/json", `${answer.kind}.json`)));
   }
 }
 

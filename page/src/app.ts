@@ -1,7 +1,7 @@
 // What the views share.
 
 import type { Connection } from "./connection";
-import type { Answer, Unasked } from "./protocol";
+import type { Answer, Unasked, Values } from "./protocol";
 import type { PageEvent, State } from "./state";
 
 export interface App {
@@ -23,11 +23,9 @@ export interface ViewPart {
   /** The state has changed. */
   render(state: State, before: State): void;
   /** Marks and runs. */
-  unasked(message: Unasked): void;
-  /** Colours have changed. */
-  themed(): void;
+  unasked?(message: Unasked): void;
   /** A key that is no command of the whole page; true if it meant something. */
-  key(event: KeyboardEvent, down: boolean): boolean;
+  key?(event: KeyboardEvent, down: boolean): boolean;
   /** What was asked of the loop is refused; true if it is said beside the field that it is about. */
   besideField?(why: string): boolean;
   /** A file that fell on the page and is for this view. */
@@ -44,5 +42,5 @@ export type Dropped =
   | { is: "record"; file: File }
   | { is: "certificate"; answer: Answer }
   | { is: "plant" | "controller"; file: TextFile }
-  | { is: "experiment"; kind: string; parameters: Record<string, unknown> }
+  | { is: "experiment"; kind: string; parameters: Values }
   | { is: "log"; name: string };

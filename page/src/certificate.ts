@@ -1,6 +1,6 @@
 // The certificate of a device: what `device selftest --json` printed.
 
-import type { Answer } from "./protocol";
+import type { Answer, Values } from "./protocol";
 
 interface Check {
   check: string;
@@ -10,7 +10,7 @@ interface Check {
   not_judged: boolean;
 }
 
-interface Certificate extends Record<string, unknown> {
+interface Certificate extends Values {
   date: string;
   board: string;
   firmware: string;
@@ -47,7 +47,7 @@ function parsed(text: string): unknown {
 
 function isCertificate(value: unknown): value is Certificate {
   if (typeof value !== "object" || value === null) return false;
-  const { checks, holds, ...texts } = value as Record<string, unknown>;
-  const words = (of: unknown, keys: string[]): boolean => keys.every((key) => typeof (of as Record<string, unknown> | null)?.[key] === "string");
+  const { checks, holds, ...texts } = value as Values;
+  const words = (of: unknown, keys: string[]): boolean => keys.every((key) => typeof (of as Values | null)?.[key] === "string");
   return typeof holds === "boolean" && words(texts, ["date", "board", "firmware"]) && Array.isArray(checks) && checks.every((check) => words(check, ["check", "promised", "seen"]));
 }

@@ -2,8 +2,8 @@
 
 import uPlot from "uplot";
 import type { Points } from "./columns";
-import { onSize, style } from "./dom";
-import { niceStep, plain, tickTexts } from "./format";
+import { el, onSize, style } from "./dom";
+import { ends, niceStep, plain, ticks, tickTexts } from "./format";
 
 export interface Line {
   label: string;
@@ -36,23 +36,28 @@ export interface ChartOptions {
   group?: string;
 }
 
+/** All that are on the page. */
+const all = new Set<Chart>();
+
+/** Draws every chart in the colours of another theme. */
+export function recolour(): void {
+  for (const { plot } of all) plot.redraw(false, true);
+}
 
 export class Chart {
   readonly root: HTMLElement;
-  private readonly plot: uPlot;
+  readonly plot: uPlot;
   private readonly unsize: () => void;
   private y: [number, number] | null = null;
 
   constructor(private readonly options: ChartOptions) {
-    this.root = document.createElement("div");
-    this.root.className = "chart";
-    this.root.setAttribute("role", "img");
-    this.root.setAttribute("aria-label", options.name);
+    this.root = el("div", { class: "chart", role: "img", "aria-label": options.name });
     this.plot = new uPlot(this.settings(), [[], ...options.lines.map(() => [])] as unknown as uPlot.AlignedData, this.root);
     this.unsize = onSize(this.root, (width, height) => {
       if (width > 0 && height > 0) this.plot.setSize({ width, height });
     });
     this.root.addEventListener("dblclick", () => options.zoomed?.(null));
+    all.add(this);
   }
 
   /** Columns that the plot has pixels for. */
@@ -71,13 +76,9 @@ export class Chart {
     });
   }
 
-  /** Draws all anew, as after a change of theme. */
-  redraw(): void {
-    this.plot.redraw(false, true);
-  }
-
   /** It is closed: nothing of the page holds it any more. */
   destroy(): void {
+    all.delete(this);
     this.unsize();
     this.plot.destroy();
     this.root.remove();
@@ -85,15 +86,7 @@ export class Chart {
 
   private span(lines: Points[]): [number, number] {
     const { yLeast, ySpan = 0, logY } = this.options;
-    let low = yLeast ?? Infinity;
-    let high = yLeast === undefined ? -Infinity : yLeast + ySpan;
-    for (const points of lines) {
-      for (const value of points) {
-        if (value === null || !Number.isFinite(value)) continue;
-        if (value < low) low = value;
-        if (value > high) high = value;
-      }
-    }
+    let [low, high] = ends(lines.flat(), yLeast, yLeast === undefined ? undefined : yLeast + ySpan);
     // A decade at least, of which the axis has texts.
     if (logY) return [10 ** Math.floor(Math.log10(low)), 10 ** Math.ceil(Math.log10(high * (1 + 1e-9)))];
     if (!(high > low)) [low, high] = Number.isFinite(low) ? [low - 0.5 * (ySpan || 1), low + 0.5 * (ySpan || 1)] : [0, ySpan || 1];
@@ -148,14 +141,10 @@ export class Chart {
           grid: { stroke: axis("--grid"), width: 1 },
           ticks: { show: false },
           splits: (_plot, _axis, min, max) => {
+            if (!options.logY) return ticks(min, max, 4);
             const splits: number[] = [];
-            if (options.logY) {
-              const decades = Math.max(1, Math.round(Math.log10(max / min) / 4));
-              for (let n = Math.round(Math.log10(min)); 10 ** n <= max * (1 + 1e-6); n += decades) splits.push(10 ** n);
-              return splits;
-            }
-            const step = niceStep(max - min, 4);
-            for (let n = Math.ceil(min / step - 1e-6); n * step <= max + 1e-6 * step; n += 1) splits.push(n * step);
+            const decades = Math.max(1, Math.round(Math.log10(max / min) / 4));
+            for (let n = Math.round(Math.log10(min)); 10 ** n <= max * (1 + 1e-6); n += decades) splits.push(10 ** n);
             return splits;
           },
           // A logarithmic axis would leave some without a text.
@@ -235,23 +224,14 @@ export function at(line: ArrayLike<number | null | undefined>, index: number): n
 
 /** Names of lines with their strokes, above a chart; behind each its value at the cursor. A name of several lines has none. */
 export function legend(lines: Line[]): { root: HTMLElement; say: (values: string[]) => void } {
-  const root = document.createElement("div");
-  root.className = "legend";
-  const said: HTMLElement[] = [];
-  const names = new Set<string>();
-  for (const line of lines) {
-    const key = `${line.label} ${line.colour}`;
-    const value = document.createElement("b");
-    said.push(value);
-    if (names.has(key)) continue;
-    names.add(key);
-    const item = document.createElement("span");
-    const stroke = document.createElement("i");
-    stroke.style.borderColor = `var(${line.colour})`;
-    stroke.classList.toggle("dot", line.marked === true);
-    stroke.style.borderTopStyle = line.marked ? "solid" : line.dash === undefined ? "solid" : (line.dash[0] ?? 0) < 4 ? "dotted" : "dashed";
-    item.append(stroke, line.label, ...(lines.filter(({ label, colour }) => `${label} ${colour}` === key).length === 1 ? [value] : []));
-    root.append(item);
-  }
+  const root = el("div", { class: "legend" });
+  const said = lines.map(() => el("b"));
+  lines.forEach(({ label, colour, dash, marked }, index) => {
+    const alike = lines.flatMap((line, n) => (line.label === label && line.colour === colour ? [n] : []));
+    if (alike[0] !== index) return;
+    const top = marked || dash === undefined ? "solid" : (dash[0] ?? 0) < 4 ? "dotted" : "dashed";
+    const stroke = el("i", { class: marked ? "dot" : undefined, style: `border-color: var(${colour}); border-top-style: ${top}` });
+    root.append(el("span", {}, stroke, label, ...(alike.length === 1 ? [said[index] ?? ""] : [])));
+  });
   return { root, say: (values) => said.forEach((element, index) => (element.textContent = values[index] ?? "")) };
 }

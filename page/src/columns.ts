@@ -74,3 +74,16 @@ export function joined(curves: { time: number[]; value: Points }[]): { x: number
   });
   return { x, points };
 }
+
+/** The path of a curve in a picture: a gap where a number is null; undefined is left out. */
+export function path(across: Points, up: readonly (number | null | undefined)[], x: (across: number) => number, y: (up: number) => number): string {
+  let [text, open] = ["", false];
+  across.forEach((at, n) => {
+    const value = up[n];
+    if (value === undefined) return;
+    const there = at !== null && value !== null;
+    if (there) text += `${open ? "L" : "M"}${x(at).toFixed(2)},${y(value).toFixed(2)}`;
+    open = there;
+  });
+  return text;
+}

@@ -1,7 +1,7 @@
 // Compare: what is felt and a stiffer one, or another tissue, blind. The server draws which comes first, counts the answers and keeps the table.
 
 import type { App } from "./app";
-import { el, say, set } from "./dom";
+import { button, el, say, select, set } from "./dom";
 import type { Compared, Hello } from "./protocol";
 import { edited } from "./state";
 
@@ -14,7 +14,7 @@ export class Compare {
   private readonly stiffer = field("B is stiffer by, %", { type: "number", value: 20, min: 1, max: 500, step: "any" });
   private readonly trials = field("Trials", { type: "number", value: 10, min: 1, max: 1000 });
   private readonly other = el("select", { "aria-label": "B is" });
-  private readonly scale = el("select", { "aria-label": "Rate each" }, ...SCALES.map(([value, text]) => el("option", { value }, text)));
+  private readonly scale = select("Rate each", SCALES);
   private readonly rating = field("Rating", { type: "number", step: "any" });
   private readonly said = el("p", { class: "hint", role: "status" });
   private readonly before: HTMLElement;
@@ -26,11 +26,6 @@ export class Compare {
 
   /** `begins` is called before the first trial. */
   constructor(private readonly app: App, begins: () => void) {
-    const button = (text: string, act: () => void): HTMLButtonElement => {
-      const made = el("button", { type: "button" }, text);
-      made.addEventListener("click", act);
-      return made;
-    };
     const asks = (text: string, what: string, keys: object = {}): HTMLButtonElement => button(text, () => void app.tell(`compare.${what}`, keys));
     const start = button("Begin", () => {
       begins();

@@ -1,5 +1,6 @@
 // The connection: requests with numbers, frames that carry them, and coming back after it was lost.
 
+import { words } from "./dom";
 import { completed, readFrame, type Frame } from "./frame";
 import { VERSION, type Hello, type Unasked } from "./protocol";
 import type { Told, Transport } from "./transport";
@@ -143,7 +144,7 @@ export class Connection {
       // A frame that nobody waits for any more is dropped.
       this.frames.get(frame.request)?.done(frame);
     } catch (error) {
-      this.listener.unasked({ notice: error instanceof Error ? error.message : String(error) });
+      this.listener.unasked({ notice: words(error) });
     }
   }
 }

@@ -4,13 +4,13 @@ import type { App, Dropped, TextFile, ViewPart } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { joined } from "./columns";
 import { latest, type Panel } from "./connection";
-import { el, onSize, say, set, svg } from "./dom";
+import { button, el, onSize, say, select, set, svg } from "./dom";
 import { Fields } from "./forms";
 import { number, plain, quantity } from "./format";
 import { Knob } from "./knob";
 import { OwnLoop } from "./loop";
 import { PlantRecord } from "./plant-record";
-import type { Parameter } from "./protocol";
+import type { Values } from "./protocol";
 import { save } from "./save";
 import { CONTROL_ENDS, type Control, type State } from "./state";
 
@@ -88,8 +88,8 @@ export class ControlView implements ViewPart {
   private readonly read = el("p", { class: "hint" });
   private readonly notes = el("div");
   private readonly figures = el("table", { class: "result", tabindex: 0, "aria-label": "Controllers" });
-  private readonly file = el("button", { type: "button", class: "primary", disabled: true }, "Save the controller");
-  private readonly seen = el("select", { "aria-label": "Over time" }, ...Object.entries(SEEN).map(([value, text]) => el("option", { value }, text)));
+  private readonly file = button("Save the controller", () => this.designed && save(this.designed.file, "application/toml", "controller.toml"), { class: "primary", disabled: true });
+  private readonly seen = select("Over time", Object.entries(SEEN));
   private readonly said = el("p", { class: "hint" });
   private readonly legend = legend(LINES).root;
   private readonly steps = el("div", { class: "chart-holder" });
@@ -123,7 +123,7 @@ export class ControlView implements ViewPart {
     this.phase = new Chart({ ...bode, name: "Phase of the open loop over frequency" });
     this.panel = app.connection.panel("control");
     this.fields = new Fields(app);
-    this.more.addEventListener("toggle", () => void this.askFields());
+    this.more.addEventListener("toggle", () => this.more.open && void this.fields.once("control_design", this.rows));
     this.rows.addEventListener("change", () => this.ask(app.state.control));
     this.record = new PlantRecord(app, (file) => this.take({ is: "plant", file }));
     this.loop = new OwnLoop(app, (values) => this.given(app.state.control.plant, values));
@@ -146,9 +146,6 @@ export class ControlView implements ViewPart {
   }
 
   private layout(): HTMLElement {
-    this.file.addEventListener("click", () => {
-      if (this.designed) save(new Blob([this.designed.file], { type: "application/toml" }), "controller.toml");
-    });
     const holder = el("div", { class: "plane-holder" }, this.nyquist as unknown as HTMLElement);
     onSize(holder, () => this.draw());
     return el(
@@ -203,12 +200,11 @@ export class ControlView implements ViewPart {
   private drawFiles(): void {
     const of = (file: TextFile | null, what: string, forget: () => void): Node[] => {
       if (file === null) return [];
-      const away = el("button", { type: "button", class: "small" }, "leave out");
-      away.addEventListener("click", () => {
+      const leave = (): void => {
         forget();
         this.ask(this.app.state.control);
-      });
-      return [el("span", {}, `${what}: ${file.name}`, away)];
+      };
+      return [el("span", {}, `${what}: ${file.name}`, button("leave out", leave, { class: "small" }))];
     };
     this.files.replaceChildren(...of(this.plantFile, "plant", () => (this.plantFile = null)), ...of(this.controllerFile, "your controller", () => (this.controllerFile = null)));
     this.plant.disabled = this.plantFile !== null;
@@ -225,15 +221,8 @@ export class ControlView implements ViewPart {
     this.ask(control);
   }
 
-  /** Asks for the other keys of a design, once. */
-  private async askFields(): Promise<void> {
-    if (!this.more.open || this.fields.all.length > 0) return;
-    const { control_design: keys } = await this.app.connection.ask<{ control_design: Parameter[] }>("runs.forms");
-    if (this.fields.all.length === 0) this.rows.replaceChildren(...keys.map((key) => this.fields.add(key)));
-  }
-
   /** The values of fields, with the plant and the files that count. A device stands in place of the view's plant. */
-  private given(plant: string, values: Record<string, unknown>): object {
+  private given(plant: string, values: Values): object {
     const named = values["mass_kg"] === undefined ? { plant, ...(this.plantFile === null ? {} : { plant_file: this.plantFile }) } : {};
     return { ...named, ...(this.controllerFile === null ? {} : { controller_file: this.controllerFile }), ...values };
   }
@@ -381,19 +370,5 @@ export class ControlView implements ViewPart {
       ...curves,
       svg("circle", { class: "point", cx: -size, r: 1.6 }),
     );
-  }
-
-  unasked(): void {
-    // Nothing of it is shown here.
-  }
-
-  themed(): void {
-    for (const chart of [this.step, this.gain, this.phase]) chart?.redraw();
-    this.record.themed();
-    this.loop.themed();
-  }
-
-  key(): boolean {
-    return false;
   }
 }

@@ -1,8 +1,8 @@
 // Force over depth: the same columns as over time, drawn against each other.
 
-import { values, type Points } from "./columns";
+import { path, values, type Points } from "./columns";
 import { el, onSize, set, svg } from "./dom";
-import { niceStep, tickTexts } from "./format";
+import { ends, ticks, tickTexts } from "./format";
 import type { Line } from "./chart";
 
 /** Room for the numbers of the axes, px. */
@@ -69,17 +69,8 @@ export class DepthPlot {
     parts.push(svg("text", { x: this.width - EDGE.right, y: this.height - 3, "text-anchor": "end" }, "force in N over depth in mm"));
     this.grid.replaceChildren(...parts);
     const paths = this.tracks.map(({ depth, force, colour, dash, width: thick }) => {
-      let [path, open] = ["", false];
-      depth.forEach((at, n) => {
-        const value = force[n] ?? null;
-        const there = at !== null && value !== null;
-        if (there) path += `${open ? "L" : "M"}${x(Math.max(x0, at)).toFixed(1)},${y(value).toFixed(1)}`;
-        open = there;
-      });
-      const line = svg("path", { class: "track", d: path, "stroke-dasharray": (dash ?? []).join(" ") });
-      line.style.stroke = `var(${colour})`;
-      line.style.strokeWidth = String(thick ?? 2);
-      return line;
+      const style = `stroke: var(${colour}); stroke-width: ${thick ?? 2}`;
+      return svg("path", { class: "track", d: path(depth, force, (at) => x(Math.max(x0, at)), y), "stroke-dasharray": (dash ?? []).join(" "), style });
     });
     this.lines.replaceChildren(...paths);
   }
@@ -87,18 +78,6 @@ export class DepthPlot {
 
 /** From the least to the most of all points, 0 included. */
 function span(lines: Points[]): [number, number] {
-  let [low, high] = [0, 0];
-  for (const line of lines) {
-    for (const value of line) {
-      if (value !== null && value < low) low = value;
-      if (value !== null && value > high) high = value;
-    }
-  }
+  const [low, high] = ends(lines.flat(), 0, 0);
   return low < high ? [low, high] : [0, 1];
-}
-
-function ticks(low: number, high: number, count: number): number[] {
-  const step = niceStep(high - low, Math.max(1, count));
-  const first = Math.ceil(low / step - 1e-9);
-  return Array.from({ length: Math.max(0, Math.floor(high / step + 1e-9) - first + 1) }, (_, n) => (first + n) * step);
 }

@@ -4,7 +4,7 @@ import type { App, ViewPart } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { latest, type Panel } from "./connection";
 import { wallFile } from "./design-file";
-import { chosen, el, say } from "./dom";
+import { button, chosen, el, say, select } from "./dom";
 import { number, plain, quantity } from "./format";
 import { Knob, type KnobOptions } from "./knob";
 import { POINTS, RegionMap } from "./map";
@@ -41,7 +41,7 @@ const CURVES: Line[] = [
 export class DesignView implements ViewPart {
   readonly root: HTMLElement;
   private readonly knobs = new Map<Setting["key"], Knob>();
-  private readonly operator = el("select", { "aria-label": "Operator" }, ...OPERATORS.map(([value, text]) => el("option", { value }, text)));
+  private readonly operator = select("Operator", OPERATORS);
   private readonly map: RegionMap;
   private readonly verdict = el("p", { class: "verdict", role: "status" });
   private readonly figures = el("dl", { class: "figures" });
@@ -80,10 +80,8 @@ export class DesignView implements ViewPart {
 
   private layout(): HTMLElement {
     const knobs = SETTINGS.map(({ key }) => this.knobs.get(key)?.root).filter((root) => root !== undefined);
-    const use = el("button", { type: "button", class: "primary" }, "Use in the loop");
-    const file = el("button", { type: "button" }, "Save as experiment file");
-    use.addEventListener("click", () => this.use());
-    file.addEventListener("click", () => save(new Blob([wallFile(this.app.state.design)], { type: "application/toml" }), "wall.toml"));
+    const use = button("Use in the loop", () => this.use(), { class: "primary" });
+    const file = button("Save as experiment file", () => save(wallFile(this.app.state.design), "application/toml", "wall.toml"));
     return el(
       "div",
       { class: "view design" },
@@ -162,19 +160,6 @@ export class DesignView implements ViewPart {
     const { mu, operator, ...rest } = this.app.state.design;
     const values = Object.entries({ order: mu, scheme: operator, ...rest, encoder: 0, friction: 0 }).map(([key, value]): [string, string] => [key, String(value)]);
     this.app.dispatch({ do: "start", values: new Map(values) });
-  }
-
-  unasked(): void {
-    // Nothing of it is shown here.
-  }
-
-  themed(): void {
-    this.stiffness.redraw();
-    this.damping.redraw();
-  }
-
-  key(): boolean {
-    return false;
   }
 }
 

@@ -30,6 +30,23 @@ export function svg<K extends keyof SVGElementTagNameMap>(
   return fill(document.createElementNS("http://www.w3.org/2000/svg", name), attributes, children);
 }
 
+/** A button, and what it does. */
+export function button(text: Child, act: () => void, attributes: Attributes = {}): HTMLButtonElement {
+  const made = el("button", { type: "button", ...attributes }, text);
+  made.addEventListener("click", act);
+  return made;
+}
+
+/** A list of values to choose from, by their texts. */
+export function select(label: string, choices: readonly (readonly [value: string, text: string])[]): HTMLSelectElement {
+  return el("select", { "aria-label": label }, ...choices.map(([value, text]) => el("option", { value }, text)));
+}
+
+/** What an error says. */
+export function words(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}
+
 /** Sets attributes of an element that is there. */
 export function set(element: Element, attributes: Record<string, string | number>): void {
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));

@@ -3,7 +3,7 @@
 import type { App, Dropped } from "./app";
 import { certificate } from "./certificate";
 import type { View } from "./fragment";
-import { VERSION, type Hello, type RunEntry } from "./protocol";
+import { VERSION, type Hello, type RunEntry, type Values } from "./protocol";
 
 /** Puts a file that was dropped where it would stand if it had been chosen. */
 export function choose(input: HTMLInputElement, file: File): void {
@@ -67,7 +67,7 @@ export async function look(app: App, file: File): Promise<{ view: View; dropped:
     throw new Error(`${name} is not the certificate of a self-test: drop what device selftest --json has written.`);
   }
   if (!/\.toml$/i.test(name)) throw new Error(`${name} is no file for this page: drop a CSV of a measurement, a TOML file of host-cli, or an MCAP log.`);
-  const found = await app.connection.ask<{ is: string; name?: string; experiment?: { kind: string; parameters: Record<string, unknown> } }>("file", { name, text });
+  const found = await app.connection.ask<{ is: string; name?: string; experiment?: { kind: string; parameters: Values } }>("file", { name, text });
   if (found.is === "plant" || found.is === "controller") return { view: "control", dropped: { is: found.is, file: { name, text } } };
   if (found.experiment) return { view: "runs", dropped: { is: "experiment", ...found.experiment } };
   await keepTissue(app, found.name ?? "", text);

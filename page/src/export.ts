@@ -1,8 +1,8 @@
 // Pictures and tables of what is shown.
 
-import type { Points } from "./columns";
+import { path } from "./columns";
 import { style } from "./dom";
-import { niceStep, tickTexts } from "./format";
+import { ends, ticks, tickTexts } from "./format";
 import type { RunCurves } from "./protocol";
 
 export interface Picture {
@@ -73,15 +73,14 @@ export async function pngOf(pictures: Picture[]): Promise<Blob> {
 }
 
 function chart(picture: Picture, names: { text: string; height: number }): string {
-  const values = picture.lines.flatMap((line) => line.points).filter((value) => value !== null && value !== undefined);
   const [x0, x1] = span(picture.x);
-  const [y0, y1] = span(values);
+  const [y0, y1] = span(picture.lines.flatMap((line) => line.points));
   const [left, right, top, bottom] = [EDGE.left, WIDTH - EDGE.right, EDGE.top + names.height, HEIGHT + names.height - EDGE.bottom];
   const px = (x: number): number => left + ((x - x0) / (x1 - x0)) * (right - left);
   const py = (y: number): number => bottom - ((y - y0) / (y1 - y0)) * (bottom - top);
   const [ink, grid] = [style("--mute"), style("--grid")];
   let text = `<text x="${left}" y="20" fill="${style("--ink")}" font-weight="600">${escaped(picture.title)}</text>${names.text}`;
-  const [across, up] = [ticks(x0, x1), ticks(y0, y1)];
+  const [across, up] = [ticks(x0, x1, 6), ticks(y0, y1, 6)];
   const [xTexts, yTexts] = [tickTexts(across), tickTexts(up)];
   up.forEach((y, index) => {
     text += `<line x1="${left}" x2="${right}" y1="${py(y)}" y2="${py(y)}" stroke="${grid}"/><text x="${left - 8}" y="${py(y) + 4}" text-anchor="end" fill="${ink}">${yTexts[index]}</text>`;
@@ -93,33 +92,8 @@ function chart(picture: Picture, names: { text: string; height: number }): strin
   return text;
 }
 
-function path(x: number[], points: Points | (number | null | undefined)[], px: (x: number) => number, py: (y: number) => number): string {
-  let path = "";
-  let open = false;
-  points.forEach((value, index) => {
-    if (value === undefined) return;
-    if (value === null) {
-      open = false;
-      return;
-    }
-    path += `${open ? "L" : "M"}${px(x[index] ?? 0).toFixed(2)},${py(value).toFixed(2)}`;
-    open = true;
-  });
-  return path;
-}
-
-function span(values: number[]): [number, number] {
-  let [low, high] = [Infinity, -Infinity];
-  for (const value of values) {
-    if (value < low) low = value;
-    if (value > high) high = value;
-  }
-  return low < high ? [low, high] : [(Number.isFinite(low) ? low : 0) - 0.5, (Number.isFinite(low) ? low : 0) + 0.5];
-}
-
-function ticks(low: number, high: number): number[] {
-  const step = niceStep(high - low, 6);
-  const ticks: number[] = [];
-  for (let n = Math.ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; n += 1) ticks.push(Number((n * step).toPrecision(12)));
-  return ticks;
+function span(values: readonly (number | null | undefined)[]): [number, number] {
+  const [low, high] = ends(values);
+  const middle = Number.isFinite(low) ? low : 0;
+  return low < high ? [low, high] : [middle - 0.5, middle + 0.5];
 }

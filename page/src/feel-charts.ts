@@ -4,7 +4,7 @@ import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { times, values, type Points } from "./columns";
 import { DepthPlot } from "./depth";
-import { el, say } from "./dom";
+import { button, el, say } from "./dom";
 import { plain, steady, tickTexts } from "./format";
 import { newestValue, type Frame } from "./frame";
 import type { Mark, Status } from "./protocol";
@@ -38,7 +38,7 @@ export class FeelCharts {
   readonly motion: HTMLElement;
   private readonly said = { force: el("span"), motion: el("span") };
   private readonly late = el("span", { class: "late" });
-  private readonly back = el("button", { type: "button", class: "small", hidden: true }, "show now");
+  private readonly back = button("show now", () => this.zoomTo(null), { class: "small", hidden: true });
   private readonly legend = legend(FORCES);
   private readonly forces: Chart;
   private readonly motions: Chart;
@@ -63,7 +63,6 @@ export class FeelCharts {
     this.motions = new Chart({ ...common, name: "Indentation over time", lines: PROBE, yLeast: 0, ySpan: 0.5, cursor: (x, at) => this.sayMotion(x, at) });
     this.force = el("section", { class: "card" }, el("h2", {}, "Force ", this.said.force, this.late, this.back), this.legend.root, el("div", { class: "beside" }, this.forces.root, this.depths.root));
     this.motion = el("section", { class: "card" }, el("h2", {}, "Indentation ", this.said.motion), this.motions.root);
-    this.back.addEventListener("click", () => this.zoomTo(null));
   }
 
   /** A loop begins anew, or another one is looked at. */
@@ -86,11 +85,6 @@ export class FeelCharts {
   showGhosts(ghosts: string[]): void {
     this.legend.root.children[1]?.toggleAttribute("hidden", !ghosts.includes("short"));
     this.legend.root.children[2]?.toggleAttribute("hidden", !ghosts.includes("a3"));
-  }
-
-  themed(): void {
-    this.forces.redraw();
-    this.motions.redraw();
   }
 
   /** Asks for what goes on. */

@@ -1,7 +1,7 @@
 // The tissue, what it is compared with, the knobs of its law, and the device.
 
 import type { App } from "./app";
-import { el, say, chosen } from "./dom";
+import { chosen, el, say, select } from "./dom";
 import { number, quantity } from "./format";
 import { Knob, type KnobOptions } from "./knob";
 import type { Device, Feel, Hello, Wall } from "./protocol";
@@ -28,8 +28,8 @@ const DEVICE: Setting[] = [
 export class FeelControls {
   readonly root: HTMLElement;
   private readonly tissue = el("select", { "aria-label": "Tissue" });
-  private readonly compare = el("select", { "aria-label": "Compare with" }, ...GHOSTS.map(([value, text]) => el("option", { value }, text)));
-  private readonly operator = el("select", { "aria-label": "Operator of the wall" }, ...OPERATORS.map(([value, text]) => el("option", { value }, text)));
+  private readonly compare = select("Compare with", GHOSTS);
+  private readonly operator = select("Operator of the wall", OPERATORS);
   private readonly operators = el("label", { class: "choice" }, "Operator", this.operator);
   private readonly note = el("p", { class: "hint", role: "status", hidden: true });
   private readonly said = el("span");

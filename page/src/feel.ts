@@ -102,10 +102,6 @@ export class FeelView implements ViewPart {
     if (message.mark) this.charts.mark(message.mark);
   }
 
-  themed(): void {
-    this.charts.themed();
-  }
-
   private hand(position: number, held: boolean): void {
     const now = performance.now();
     const same = held === this.lastHand.held && Math.abs(position - this.lastHand.position_m) < 1e-7;

@@ -72,11 +72,6 @@ export function steady(value: number | null | undefined, places: number, unit: s
   return `${text.replace("-", MINUS)}${NARROW}${unit}`;
 }
 
-/** A number that is read back as the same: for fields and files. */
-export function exact(value: number): string {
-  return String(value);
-}
-
 /** A size of a file. */
 export function bytes(value: number): string {
   const [factor, unit] = value >= 1e9 ? [1e9, "GB"] : value >= 1e6 ? [1e6, "MB"] : value >= 1e3 ? [1e3, "kB"] : [1, "B"];
@@ -97,4 +92,25 @@ export function niceStep(span: number, count: number): number {
   const power = 10 ** Math.floor(Math.log10(raw));
   const rest = raw / power;
   return power * (rest <= 1 ? 1 : rest <= 2 ? 2 : rest <= 5 ? 5 : 10);
+}
+
+/** Multiples of a step between two ends, which count. */
+export function multiples(step: number, low: number, high: number): number[] {
+  const first = Math.ceil(low / step - 1e-9);
+  return Array.from({ length: Math.max(0, Math.floor(high / step + 1e-9) - first + 1) }, (_, n) => (first + n) * step);
+}
+
+/** Ticks of an axis between two ends, about `count` steps apart. */
+export function ticks(low: number, high: number, count: number): number[] {
+  return multiples(niceStep(high - low, count), low, high);
+}
+
+/** The least and the largest of the finite values, and of two ends that count too. */
+export function ends(values: readonly (number | null | undefined)[], low = Infinity, high = -Infinity): [number, number] {
+  for (const value of values) {
+    if (typeof value !== "number" || !Number.isFinite(value)) continue;
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return [low, high];
 }

@@ -1,9 +1,10 @@
 // Forms of experiments, made from the parameter tables of the command.
 
 import type { App } from "./app";
-import { el, say } from "./dom";
+import type { Panel } from "./connection";
+import { el, say, words } from "./dom";
 import { readable, spoken } from "./names";
-import type { Form, Parameter } from "./protocol";
+import type { Form, Parameter, Values } from "./protocol";
 
 /** What is asked, in words. */
 const TITLES: Record<string, string> = {
@@ -58,6 +59,29 @@ export class Fields {
     return row;
   }
 
+  /** Asks for the parameters of this name among the forms, and puts their fields into `rows`, once. */
+  async once(name: string, rows: HTMLElement): Promise<void> {
+    if (this.all.length > 0) return;
+    const forms = await this.app.connection.ask<Record<string, Parameter[]>>("runs.forms");
+    if (this.all.length === 0) rows.replaceChildren(...(forms[name] ?? []).map((one) => this.add(one)));
+  }
+
+  /** Asks a panel with the values of fields and more; null if it is refused, beside a field or in `state`, or something newer was asked. */
+  async ask<Found>(panel: Panel, state: HTMLElement, question: () => Promise<object>, refused: () => void): Promise<Found | null> {
+    state.classList.remove("trouble");
+    this.refuse("");
+    try {
+      return await panel.ask<Found>(question());
+    } catch (error) {
+      refused();
+      const text = words(error);
+      const beside = this.refuse(text);
+      state.classList.add("trouble");
+      say(state, beside === null ? spoken(text) : `Not understood yet: see ${beside}.`);
+      return null;
+    }
+  }
+
   /** Says a sentence beside the field that it is about, and nothing beside the others; the name of the field, or null if it is about none. */
   refuse(text: string): string | null {
     const field = this.all.find(({ parameter, row }) => !row.hidden && parameter.key === keyOf(text, this.all.map((one) => one.parameter.key)));
@@ -68,15 +92,8 @@ export class Fields {
     return readable(field.parameter.key);
   }
 
-  /** Refuses beside the field that a sentence is about, and names it in `state`; a sentence about none of them stands there. */
-  refusedIn(state: HTMLElement, text: string): void {
-    const beside = this.refuse(text);
-    state.classList.add("trouble");
-    say(state, beside === null ? spoken(text) : `Not understood yet: see ${beside}.`);
-  }
-
   /** Fills the fields with the values of a file, in SI units. */
-  fill(values: Record<string, unknown>): void {
+  fill(values: Values): void {
     for (const { parameter, input } of this.all) {
       const value = values[parameter.key];
       if (value === undefined) continue;
@@ -86,8 +103,8 @@ export class Fields {
   }
 
   /** What is given, by its keys, in SI units. */
-  async values(): Promise<Record<string, unknown>> {
-    const values: Record<string, unknown> = {};
+  async values(): Promise<Values> {
+    const values: Values = {};
     for (const { parameter, input, row } of this.all) {
       const value = row.hidden ? undefined : await this.value(parameter, input);
       if (value !== undefined) values[parameter.key] = value;
@@ -111,7 +128,7 @@ export class Fields {
     try {
       return await this.app.connection.quantity(parameter.key, text);
     } catch (error) {
-      throw new Error(`\`${parameter.key}\`: ${error instanceof Error ? error.message : String(error)}`);
+      throw new Error(`\`${parameter.key}\`: ${words(error)}`);
     }
   }
 
@@ -163,7 +180,7 @@ export class FormPanel {
   }
 
   /** The form of an experiment file, filled. */
-  fill(kind: string, parameters: Record<string, unknown>): void {
+  fill(kind: string, parameters: Values): void {
     this.kind.value = kind;
     this.draw();
     this.fields.fill(parameters);
@@ -193,7 +210,7 @@ export class FormPanel {
       const { name } = await this.app.connection.ask<{ name: string }>("runs.start", { kind, parameters, ...realtime });
       this.started(name, kind);
     } catch (error) {
-      const text = error instanceof Error ? error.message : String(error);
+      const text = words(error);
       if (this.fields.refuse(text) === null) say(this.trouble, text);
     }
   }

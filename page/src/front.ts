@@ -1,10 +1,9 @@
 // The front of a design: walls that none beats, of which one is chosen and felt.
 
 import { legend } from "./chart";
-import { el, onSize, say, set, svg } from "./dom";
-import { number, plain } from "./format";
-
-type Values = Record<string, unknown>;
+import { button, el, onSize, say, set, svg } from "./dom";
+import { ends, number, plain } from "./format";
+import type { Values } from "./protocol";
 
 interface Wall {
   order: number;
@@ -34,10 +33,8 @@ export class FrontMap {
     const all = (report["walls"] as Values[]).map((values): Wall => ({ order: Number(values["order"]), margin: Number(values["margin"]), stiffness: Number(values["effective_stiffness_n_per_m"]), values }));
     this.walls = all.filter((wall) => wall.stiffness > 0).sort((a, b) => a.margin - b.margin || a.stiffness - b.stiffness);
     this.ends = { margin: ends(this.walls.map((wall) => wall.margin)), stiffness: ends(this.walls.map((wall) => wall.stiffness)) };
-    const button = el("button", { type: "button", class: "primary" }, "Use in the loop");
-    button.addEventListener("click", () => use(this.wall()));
     const lines = this.orders().map((order, index) => ({ label: `μ = ${plain(order)}`, colour: this.colour(index) }));
-    this.root = el("div", { class: "front-holder" }, legend(lines).root, this.map as unknown as HTMLElement, this.words, el("div", { class: "buttons" }, button));
+    this.root = el("div", { class: "front-holder" }, legend(lines).root, this.map as unknown as HTMLElement, this.words, el("div", { class: "buttons" }, button("Use in the loop", () => use(this.wall()), { class: "primary" })));
     this.map.addEventListener("click", (event) => this.choose(this.nearest(event.offsetX, event.offsetY)));
     this.map.addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
@@ -147,11 +144,7 @@ export class FrontMap {
   }
 }
 
-/** The ends of a logarithmic axis. */
-function ends(values: number[]): [number, number] {
-  return [Math.min(...values), Math.max(...values)];
-}
-
+/** The place on a logarithmic axis. */
 function share([low, high]: [number, number], value: number): number {
   return high > low ? Math.log(value / low) / Math.log(high / low) : 0.5;
 }

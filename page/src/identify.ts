@@ -5,12 +5,13 @@ import type { App, TextFile } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
-import { el, say } from "./dom";
+import { button, el, say, words } from "./dom";
 import { choose, feelTissue, keepTissue, textOf } from "./drop";
 import { Fields } from "./forms";
 import { number } from "./format";
 import { spoken } from "./names";
-import type { Line as Row, RecordParameter } from "./protocol";
+import type { Line as Row, RecordParameter, Values } from "./protocol";
+import { STROKES, THEORY } from "./vectors";
 
 interface Estimate {
   value: number;
@@ -21,7 +22,7 @@ interface Estimate {
 }
 
 /** The rms of its residuals is called by its unit. */
-interface Candidate extends Record<string, unknown> {
+interface Candidate extends Values {
   model: string;
   parameters: Record<string, Estimate>;
   aic: number;
@@ -46,13 +47,7 @@ export interface Explained {
   read: { name: string; lines: Row[] }[];
 }
 
-const COLOURS: Omit<Line, "label">[] = [
-  { colour: "--theory", width: 6 },
-  { colour: "--blue" },
-  { colour: "--verm", dash: [9, 4] },
-  { colour: "--green", dash: [2.2, 3] },
-  { colour: "--rose", dash: [11, 3, 2.2, 3] },
-];
+const COLOURS = [THEORY, ...STROKES.slice(0, 4)];
 /** Rows of the report that stand above it, or in its table of models. */
 const SHOWN = ["kind", "samples", "loading", "model", "rms_residual_per_pa", "rms_residual_pa", "rms_log_residual", "aic", "bic", "candidates", "notes", "warnings"];
 const MODULI: Record<string, string> = { shear: "shear modulus", young: "Young's modulus" };
@@ -87,19 +82,14 @@ export class IdentifyPanel {
   constructor(private readonly app: App) {
     this.fields = new Fields(app);
     this.panel = app.connection.panel("identify");
-    this.file.addEventListener("change", () => {
-      this.look([...(this.file.files ?? [])]);
-    });
+    this.file.addEventListener("change", () => this.look([...(this.file.files ?? [])]));
     this.rows.addEventListener("change", () => {
       this.fit();
       void this.ask();
     });
-    const explain = el("button", { type: "button" }, "How it is read");
-    explain.addEventListener("click", () => void this.explain());
-    const keep = el("button", { type: "button" }, "Save as tissue");
-    const feel = el("button", { type: "button", class: "primary" }, "Feel it");
-    keep.addEventListener("click", () => void this.keep());
-    feel.addEventListener("click", () => void this.keep().then((name) => name !== "" && feelTissue(app, name)));
+    const explain = button("How it is read", () => void this.explain());
+    const keep = button("Save as tissue", () => void this.keep());
+    const feel = button("Feel it", () => void this.keep().then((name) => name !== "" && feelTissue(app, name)), { class: "primary" });
     this.tissue.append(el("label", {}, "Tissue ", this.name), keep, feel, this.kept);
     this.root = el(
       "section",
@@ -138,15 +128,6 @@ export class IdentifyPanel {
     void this.ask();
   }
 
-  themed(): void {
-    this.chart?.redraw();
-  }
-
-  private refuse(text: string): void {
-    this.clear();
-    this.fields.refusedIn(this.state, text);
-  }
-
   private clear(): void {
     this.found = null;
     this.result.replaceChildren();
@@ -157,9 +138,7 @@ export class IdentifyPanel {
   }
 
   private ask(): Promise<void> {
-    return this.answered<Identified>("record", (name, found) => {
-      this.show(name, found);
-    });
+    return this.answered<Identified>("record", (name, found) => this.show(name, found));
   }
 
   /** What each column is taken for, whether or not the tables make a record. */
@@ -175,20 +154,14 @@ export class IdentifyPanel {
     const [first, ...others] = this.records;
     if (!first) return;
     const name = this.records.map((record) => record.name).join(", ");
-    this.state.classList.remove("trouble");
-    this.fields.refuse("");
     say(this.state, `${name} is looked at …`);
     const file = async (record: typeof first): Promise<TextFile> => ({ name: record.name, text: await record.text });
     const asked = async (): Promise<object> => {
       const more = await Promise.all(others.map(file));
       return { [question]: { ...(await file(first)), ...(more.length === 0 ? {} : { more }), ...(await this.fields.values()) } };
     };
-    try {
-      const found = await this.panel.ask<Found>(asked());
-      if (found !== null) show(name, found);
-    } catch (error) {
-      this.refuse(error instanceof Error ? error.message : String(error));
-    }
+    const found = await this.fields.ask<Found>(this.panel, this.state, asked, () => this.clear());
+    if (found !== null) show(name, found);
   }
 
   private show(name: string, found: Identified): void {
@@ -227,7 +200,7 @@ export class IdentifyPanel {
       return name;
     } catch (error) {
       this.kept.classList.add("trouble");
-      say(this.kept, error instanceof Error ? error.message : String(error));
+      say(this.kept, words(error));
       return "";
     }
   }

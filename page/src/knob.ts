@@ -1,6 +1,6 @@
 // A slider with a field beside it: drag it, or type a value with its unit.
 
-import { el } from "./dom";
+import { el, words } from "./dom";
 import { quantity } from "./format";
 
 export interface KnobOptions {
@@ -103,7 +103,7 @@ export class Knob {
       this.field.blur();
       this.take(value);
     } catch (error) {
-      this.trouble.textContent = error instanceof Error ? error.message : String(error);
+      this.trouble.textContent = words(error);
     }
   }
 

@@ -4,12 +4,12 @@ import { line } from "./answer";
 import type { App } from "./app";
 import { Chart, legend, type Line as Curve } from "./chart";
 import type { Panel } from "./connection";
-import { el, say } from "./dom";
+import { button, el, say } from "./dom";
 import { Fields } from "./forms";
 import { quantity } from "./format";
 import { spoken } from "./names";
 import { chosen } from "./plant-record";
-import type { Line, Parameter } from "./protocol";
+import type { Line, Values } from "./protocol";
 
 /** As `control analyze` and `control simulate` have it; signals of a run alone. */
 export interface Answered {
@@ -38,52 +38,29 @@ export class OwnLoop {
   private chart: Chart | null = null;
 
   /** `given` adds the plant to the values of fields, and the controller's file if there is one. */
-  constructor(private readonly app: App, private readonly given: (values: Record<string, unknown>) => object) {
+  constructor(app: App, private readonly given: (values: Values) => object) {
     this.fields = new Fields(app);
     this.panel = app.connection.panel("loop");
-    const ask = (what: "analyze" | "simulate", text: string): HTMLElement => {
-      const button = el("button", { type: "button" }, text);
-      button.addEventListener("click", () => void this.ask(what));
-      return button;
-    };
     this.root = el(
       "details",
       { class: "own-loop", "data-fold": "loop" },
       el("summary", {}, "Judge or run a controller as it is"),
       this.rows,
       el("label", { class: "choice" }, "Reference over time, in place of a step", this.reference),
-      el("div", { class: "buttons" }, ask("analyze", "Judge it"), ask("simulate", "Run it")),
+      el("div", { class: "buttons" }, button("Judge it", () => void this.ask("analyze")), button("Run it", () => void this.ask("simulate"))),
       this.said,
       this.found,
     );
-    this.root.addEventListener("toggle", () => void this.askFields());
-  }
-
-  themed(): void {
-    this.chart?.redraw();
-  }
-
-  /** Asks for the keys of a loop, once. */
-  private async askFields(): Promise<void> {
-    if (!this.root.open || this.fields.all.length > 0) return;
-    const { control_loop: keys } = await this.app.connection.ask<{ control_loop: Parameter[] }>("runs.forms");
-    if (this.fields.all.length === 0) this.rows.replaceChildren(...keys.map((key) => this.fields.add(key)));
+    this.root.addEventListener("toggle", () => this.root.open && void this.fields.once("control_loop", this.rows));
   }
 
   private async ask(what: "analyze" | "simulate"): Promise<void> {
-    this.said.classList.remove("trouble");
-    this.fields.refuse("");
     const question = async (): Promise<object> => {
       const [reference, values] = await Promise.all([chosen(this.reference), this.fields.values()]);
       return { [what]: { ...this.given(values), ...(reference === null ? {} : { reference_file: reference }) } };
     };
-    try {
-      const found = await this.panel.ask<Answered>(question());
-      if (found !== null) this.show(found);
-    } catch (error) {
-      this.found.replaceChildren();
-      this.fields.refusedIn(this.said, error instanceof Error ? error.message : String(error));
-    }
+    const found = await this.fields.ask<Answered>(this.panel, this.said, question, () => this.found.replaceChildren());
+    if (found !== null) this.show(found);
   }
 
   private show(found: Answered): void {

@@ -2,6 +2,7 @@
 
 import type { App } from "./app";
 import { Connection } from "./connection";
+import { words } from "./dom";
 import type { Feel } from "./protocol";
 import { Screen } from "./screen";
 import { bySocket, byWorkers } from "./transport";
@@ -90,7 +91,7 @@ class Page implements App {
     try {
       await this.connection.ask(what, keys);
     } catch (error) {
-      this.notify(error instanceof Error ? error.message : String(error));
+      this.notify(words(error));
     }
   }
 }

@@ -1,7 +1,7 @@
 // The map of walls: which are stable, which passive, and where this one is.
 
 import { onSize, say, set, svg } from "./dom";
-import { niceStep, number, plain } from "./format";
+import { ends, number, plain, ticks } from "./format";
 import type { Walls } from "./protocol";
 
 export interface MapOptions {
@@ -76,12 +76,12 @@ export class RegionMap {
     set(this.stable, { d: region.map((polygon) => this.path(polygon)).join("") });
     set(this.passive, { d: edge.length > 0 ? this.path([...edge, [0, 0]]) : "" });
     const [bMost, kMost] = this.most;
-    set(stable, this.place(...centre(region[0] ?? [])));
+    const place = (text: SVGElement, [x, y]: [number, number]): void => set(text, { x, y });
+    place(stable, this.coordinates(...centre(region[0] ?? [])));
     stable.style.display = region.length > 0 ? "" : "none";
     const [passiveWide] = edge.at(-1) ?? [0];
     const [, passiveHigh] = edge[0] ?? [0, 0];
-    const [passiveX, passiveY] = [passiveWide * 0.22, passiveHigh * 0.3];
-    set(passive, this.place(passiveX, passiveY));
+    place(passive, this.coordinates(passiveWide * 0.22, passiveHigh * 0.3));
     const room = (passiveWide / bMost) * this.width > 150 && (passiveHigh / kMost) * this.height > 44;
     passive.style.display = room ? "" : "none";
     const [x, y] = this.coordinates(Math.min(this.at[0], bMost), Math.min(this.at[1], kMost));
@@ -110,12 +110,12 @@ export class RegionMap {
     if (this.options.axes) {
       const [bMost, kMost] = this.most;
       const kUnit = kMost >= 2000 ? 1000 : 1;
-      for (const value of ticks(kMost, Math.max(2, this.height / 60))) {
+      for (const value of ticks(0, kMost, Math.max(2, this.height / 60))) {
         const y = this.coordinates(0, value)[1];
         line(left, y, this.width - right, y);
         text(left - 7, y + 4, "end", plain(value / kUnit));
       }
-      for (const value of ticks(bMost, Math.max(2, this.width / 110))) {
+      for (const value of ticks(0, bMost, Math.max(2, this.width / 110))) {
         text(this.coordinates(value, 0)[0], this.height - bottom + 18, "middle", plain(value));
       }
       say(this.names.y, `K, ${kUnit === 1000 ? "kN/m" : "N/m"}`);
@@ -143,17 +143,8 @@ export class RegionMap {
     return [x, y];
   }
 
-  private pixel(dissipation: number, stiffness: number): string {
-    return this.coordinates(dissipation, stiffness).map((part) => part.toFixed(2)).join(",");
-  }
-
-  private place(dissipation: number, stiffness: number): { x: number; y: number } {
-    const [x, y] = this.coordinates(dissipation, stiffness);
-    return { x, y };
-  }
-
   private path(points: [number, number][]): string {
-    return `M${points.map(([b, k]) => this.pixel(b, k)).join("L")}Z`;
+    return `M${points.map((point) => this.coordinates(...point).map((part) => part.toFixed(2)).join(",")).join("L")}Z`;
   }
 
   private listen(moved: (dissipation: number, stiffness: number) => void): void {
@@ -191,20 +182,12 @@ export class RegionMap {
 
 /** Largest B and K that are shown: all of the region, the point if it is not far outside. */
 function reach(walls: Walls, at: [number, number]): [number, number] {
-  const most: [number, number] = [0, 0];
-  for (const point of [...walls.region.flat(), ...walls.passive_walls]) {
-    for (const axis of [0, 1] as const) most[axis] = Math.max(most[axis], point[axis]);
-  }
-  return most.map((region, axis) => {
-    const point = at[axis] ?? 0;
+  const points = [...walls.region.flat(), ...walls.passive_walls];
+  return at.map((point, axis) => {
+    const [, region] = ends(points.map((each) => each[axis]), 0, 0);
     if (region === 0) return Math.max(1, 2 * point);
     return point > region && point < 3 * region ? point * 1.1 : region * 1.05;
   }) as [number, number];
-}
-
-function ticks(most: number, count: number): number[] {
-  const step = niceStep(most, count);
-  return Array.from({ length: Math.floor(most / step) + 1 }, (_, n) => Number((n * step).toPrecision(12)));
 }
 
 /** Somewhere in the middle of a polygon. */

@@ -4,27 +4,15 @@ import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate, joined, times, values, type Points } from "./columns";
 import { DepthPlot } from "./depth";
-import { el, say } from "./dom";
+import { button, el, say, words } from "./dom";
 import { csvOf, pngOf, svgOf, type Picture } from "./export";
 import { number, plain, tickTexts } from "./format";
 import type { Frame } from "./frame";
 import { plotted, readable } from "./names";
 import { PlaneView } from "./plane";
-import type { OpenRun } from "./protocol";
+import type { OpenRun, Values } from "./protocol";
 import { download, save } from "./save";
-import { choices, componentName, members, strokeOf } from "./vectors";
-
-/** Strokes of runs, best told apart first: as in the figures. */
-const STROKES: Omit<Line, "label">[] = [
-  { colour: "--blue" },
-  { colour: "--verm", dash: [9, 4] },
-  { colour: "--green", dash: [2.2, 3] },
-  { colour: "--rose", dash: [11, 3, 2.2, 3] },
-  { colour: "--ink", dash: [18, 5] },
-  { colour: "--mute", dash: [4.5, 4.5] },
-];
-/** Theory lies beneath, broad and light, so that a curve on top of it is seen to agree all along. */
-const THEORY = { colour: "--theory", width: 6 };
+import { choices, componentName, members, STROKES, strokeOf, THEORY, type Stroke } from "./vectors";
 
 /** A measured record lies between theory and run. */
 const RECORD = "measured record";
@@ -73,23 +61,19 @@ export class Overlay {
   readonly depth: HTMLElement;
   private readonly depths = new DepthPlot();
   private readonly parts = [new Part("above", ["commanded_force_n", "contact_force_n"]), new Part("below", ["position_m", "indenter_position_m"])];
-  private readonly all_ = el("button", { type: "button", class: "small", hidden: true }, "show all");
+  private readonly all_ = button("show all", () => this.all(), { class: "small", hidden: true });
   private runs: OpenRun[] = [];
   private readonly moment = el("span");
   private round = 0;
 
   constructor(private readonly app: App) {
-    const file = (text: string, act: (name: string) => void): HTMLButtonElement => {
-      const made = el("button", { type: "button", class: "small" }, text);
-      made.addEventListener("click", () => act(this.runs.map((run) => run.name.replace(/\W+/g, "-")).join("+") || "runs"));
-      return made;
-    };
+    const file = (text: string, act: (name: string) => void): HTMLButtonElement => button(text, () => act(this.runs.map(({ name }) => plainName(name)).join("+") || "runs"), { class: "small" });
     const [above, below] = this.parts;
     const files = el(
       "span",
       { class: "files" },
-      file("PNG", (name) => void pngOf(this.pictures()).then((blob) => save(blob, `${name}.png`))),
-      file("SVG", (name) => save(new Blob([svgOf(this.pictures())], { type: "image/svg+xml" }), `${name}.svg`)),
+      file("PNG", (name) => void pngOf(this.pictures()).then((blob) => save(blob, "image/png", `${name}.png`))),
+      file("SVG", (name) => save(svgOf(this.pictures()), "image/svg+xml", `${name}.svg`)),
       file("CSV", () => this.tables()),
     );
     const parts = [above, below].map((part) => {
@@ -99,7 +83,6 @@ export class Overlay {
     this.root = el("section", { class: "card overlay" }, el("h2", {}, "Curves", this.moment, this.all_, files), ...parts);
     this.plane = new PlaneView(app);
     this.depth = el("section", { class: "card depth-card", hidden: true }, el("h2", {}, "Force over depth"), this.depths.root);
-    this.all_.addEventListener("click", () => this.all());
   }
 
   /** Draws these runs; true if one of them has a plane to show. */
@@ -122,7 +105,7 @@ export class Overlay {
   /** Draws anew what goes on. */
   refresh(): void {
     this.load();
-    this.plane.refresh();
+    void this.plane.load();
   }
 
   /** Shows all of the time again; true if it was not. */
@@ -138,10 +121,6 @@ export class Overlay {
 
   private zoomTo(span: [number, number] | null): void {
     this.app.dispatch({ do: "runs", part: { span } });
-  }
-
-  themed(): void {
-    for (const part of this.parts) part.chart?.redraw();
   }
 
   private load(): void {
@@ -161,12 +140,12 @@ export class Overlay {
       const curves = frames.map((frame, n) => ({ ...this.strokeOf(runs[n]), sign: isPress(runs[n]) ? 1 : -1, depth: [frame.least[0], frame.most[0]] as const, force: [frame.least[1], frame.most[1]] as const }));
       this.depths.draw(curves.reverse());
     } catch (error) {
-      this.app.notify(error instanceof Error ? error.message : String(error));
+      this.app.notify(words(error));
     }
   }
 
   /** The stroke of a run among those that are open. */
-  private strokeOf(run: OpenRun | undefined): Omit<Line, "label"> {
+  private strokeOf(run: OpenRun | undefined): Stroke {
     return STROKES[(run === undefined ? 0 : this.runs.indexOf(run)) % STROKES.length] ?? { colour: "--blue" };
   }
 
@@ -187,7 +166,7 @@ export class Overlay {
       if (round !== this.round) return;
       this.draw(part, chart, curves, columns);
     } catch (error) {
-      this.app.notify(error instanceof Error ? error.message : String(error));
+      this.app.notify(words(error));
     }
   }
 
@@ -246,7 +225,7 @@ export class Overlay {
   }
 
   /** Runs are told apart by colour and dashes; components of vectors by colour, and of several runs by the dashes of the run. */
-  private stroke({ run, channel, theory }: Curve): Omit<Line, "label"> {
+  private stroke({ run, channel, theory }: Curve): Stroke {
     if (theory) return channel === RECORD ? MEASURED : THEORY;
     const own = this.strokeOf(run);
     const several = this.runs.length > 1 ? (own.dash ?? []) : undefined;
@@ -274,20 +253,25 @@ export class Overlay {
     const curves = this.parts.flatMap((part) => part.curves);
     for (const run of this.runs) {
       const channels = [...new Set(curves.filter((curve) => curve.run === run && !curve.judged).map(({ channel }) => channel))];
-      const name = run.name.replace(/\W+/g, "-");
+      const name = plainName(run.name);
       if (channels.length > 0) {
         this.app.connection.ask<{ address?: string; text?: string }>("runs.table", { name: run.name, channels, ...this.span(run) }).then(
-          ({ address, text = "" }) => (address === undefined ? save(new Blob([text], { type: "text/csv" }), `${name}.csv`) : download(address, `${name}.csv`)),
+          ({ address, text = "" }) => (address === undefined ? save(text, "text/csv", `${name}.csv`) : download(address, `${name}.csv`)),
           (error: Error) => this.app.notify(error.message),
         );
       }
-      if (run.curves && curves.some((curve) => curve.run === run && curve.judged)) save(new Blob([csvOf(run.curves, this.zoom)], { type: "text/csv" }), `${name}-closed-form.csv`);
+      if (run.curves && curves.some((curve) => curve.run === run && curve.judged)) save(csvOf(run.curves, this.zoom), "text/csv", `${name}-closed-form.csv`);
     }
   }
 }
 
+/** The name of a run as that of a file. */
+function plainName(name: string): string {
+  return name.replace(/\W+/g, "-");
+}
+
 function isPress(run: OpenRun | undefined): boolean {
-  return ((run?.metadata["experiment"] ?? {}) as Record<string, unknown>)["experiment"] === "press";
+  return ((run?.metadata["experiment"] ?? {}) as Values)["experiment"] === "press";
 }
 
 function hasTheory(run: OpenRun): boolean {

@@ -1,9 +1,9 @@
 // The plane of two axes: where the hand went, the shape that it touched, and the force at the cursor.
 
 import type { App } from "./app";
-import { times, values, type Points } from "./columns";
-import { el, onSize, say, set, svg } from "./dom";
-import { niceStep, plain, quantity } from "./format";
+import { path, times, values, type Points } from "./columns";
+import { el, onSize, say, set, svg, words } from "./dom";
+import { ends, multiples, niceStep, plain, quantity } from "./format";
 import type { OpenRun } from "./protocol";
 import { cutOf, shapeOf, type Axes, type Cut, type Shape } from "./shape";
 
@@ -99,17 +99,13 @@ export class PlaneView {
     this.drawCursor();
   }
 
-  /** Draws anew what goes on. */
-  refresh(): void {
-    void this.load();
-  }
-
   private axes(): Axes {
     const [across = 0, up = 1] = this.select.value.split("–").map((name) => NAMES.indexOf(name));
     return { across, up, through: this.run?.axes === 3 ? 3 - across - up : -1 };
   }
 
-  private async load(): Promise<void> {
+  /** Draws anew what goes on. */
+  async load(): Promise<void> {
     const { run, zoom } = this;
     const round = ++this.round;
     if (run === null) return;
@@ -120,7 +116,7 @@ export class PlaneView {
       [this.all, this.part] = [all, part];
       this.draw();
     } catch (error) {
-      this.app.notify(error instanceof Error ? error.message : String(error));
+      this.app.notify(words(error));
     }
   }
 
@@ -143,43 +139,36 @@ export class PlaneView {
     const scale = this.scale(all);
     this.scaled = scale;
     this.drawGrid(scale);
-    set(this.hand, { d: path(all.hand, scale) });
+    set(this.hand, { d: way(all.hand, scale) });
     const strong = this.part ?? all;
-    set(this.whole, { d: this.part === null ? "" : path(all.place, scale) });
-    set(this.track, { d: path(strong.place, scale) });
+    set(this.whole, { d: this.part === null ? "" : way(all.place, scale) });
+    set(this.track, { d: way(strong.place, scale) });
     this.drawCursor();
   }
 
   /** Both axes in one scale, around path and shape. */
   private scale(track: Track): Scale {
-    const [low, high] = this.bounds(track);
+    const [[left, right], [low, high]] = this.bounds(track);
     const [w, h] = [this.width - EDGE.left - EDGE.right, this.height - EDGE.top - EDGE.bottom];
-    const size = Math.min(w / (high[0] - low[0]), h / (high[1] - low[1]));
-    const [middle, centre] = [[(low[0] + high[0]) / 2, (low[1] + high[1]) / 2] as const, [EDGE.left + w / 2, EDGE.top + h / 2] as const];
-    return { size, x: (across) => centre[0] + size * (across - middle[0]), y: (up) => centre[1] - size * (up - middle[1]) };
+    const size = Math.min(w / (right - left), h / (high - low));
+    return { size, x: (across) => EDGE.left + w / 2 + size * (across - (left + right) / 2), y: (up) => EDGE.top + h / 2 - size * (up - (low + high) / 2) };
   }
 
   private bounds(track: Track): [[number, number], [number, number]] {
-    const low: [number, number] = [Infinity, Infinity];
-    const high: [number, number] = [-Infinity, -Infinity];
-    const take = (axis: 0 | 1, value: number): void => {
-      low[axis] = Math.min(low[axis], value);
-      high[axis] = Math.max(high[axis], value);
-    };
-    for (const axis of [0, 1] as const) {
-      for (const points of [track.place[axis], track.hand[axis]]) for (const value of points) if (value !== null) take(axis, value);
-      if (!(high[axis] > low[axis])) [low[axis], high[axis]] = [(Number.isFinite(low[axis]) ? low[axis] : 0) - 1e-3, (Number.isFinite(low[axis]) ? low[axis] : 0) + 1e-3];
-    }
+    const size = (both: [number, number][]): number => Math.max(...both.map(([low, high]) => high - low));
+    let both = ([0, 1] as const).map((axis): [number, number] => {
+      const [low, high] = ends([...track.place[axis], ...track.hand[axis]]);
+      const middle = Number.isFinite(low) ? low : 0;
+      return high > low ? [low, high] : [middle - 1e-3, middle + 1e-3];
+    });
     const { across, up } = this.axes();
-    if (this.shape?.kind === "ball" && 2 * this.shape.radius < LARGER * Math.max(high[0] - low[0], high[1] - low[1])) {
-      for (const [axis, of] of [[0, across], [1, up]] as const) {
-        const centre = this.shape.centre[of] ?? 0;
-        take(axis, centre - this.shape.radius);
-        take(axis, centre + this.shape.radius);
-      }
+    const { shape } = this;
+    if (shape?.kind === "ball" && 2 * shape.radius < LARGER * size(both)) {
+      const centre = [across, up].map((axis) => shape.centre[axis] ?? 0);
+      both = both.map((span, n) => ends([(centre[n] ?? 0) - shape.radius, (centre[n] ?? 0) + shape.radius], ...span));
     }
-    const margin = MARGIN * Math.max(high[0] - low[0], high[1] - low[1]);
-    return [[low[0] - margin, low[1] - margin], [high[0] + margin, high[1] + margin]];
+    const margin = MARGIN * size(both);
+    return both.map(([low, high]) => [low - margin, high + margin]) as [[number, number], [number, number]];
   }
 
   private drawGrid(scale: Scale): void {
@@ -188,14 +177,14 @@ export class PlaneView {
     const parts: SVGElement[] = [];
     const step = niceStep(Math.min(width, height) / scale.size, 5);
     const [from, to] = [(EDGE.left - scale.x(0)) / scale.size, (width - EDGE.right - scale.x(0)) / scale.size];
-    for (let n = Math.ceil(from / step); n * step <= to; n += 1) {
-      const x = scale.x(n * step);
-      parts.push(svg("line", { x1: x, x2: x, y1: EDGE.top, y2: height - EDGE.bottom }), svg("text", { x, y: height - 12, "text-anchor": "middle" }, x > width - EDGE.right - NAME ? "" : plain(1000 * n * step)));
+    for (const at of multiples(step, from, to)) {
+      const x = scale.x(at);
+      parts.push(svg("line", { x1: x, x2: x, y1: EDGE.top, y2: height - EDGE.bottom }), svg("text", { x, y: height - 12, "text-anchor": "middle" }, x > width - EDGE.right - NAME ? "" : plain(1000 * at)));
     }
     const [bottom, top] = [(scale.y(0) - (height - EDGE.bottom)) / scale.size, (scale.y(0) - EDGE.top) / scale.size];
-    for (let n = Math.ceil(bottom / step); n * step <= top; n += 1) {
-      const y = scale.y(n * step);
-      parts.push(svg("line", { x1: EDGE.left, x2: width - EDGE.right, y1: y, y2: y }), svg("text", { x: EDGE.left - 6, y: y + 4, "text-anchor": "end" }, y < EDGE.top + 14 ? "" : plain(1000 * n * step)));
+    for (const at of multiples(step, bottom, top)) {
+      const y = scale.y(at);
+      parts.push(svg("line", { x1: EDGE.left, x2: width - EDGE.right, y1: y, y2: y }), svg("text", { x: EDGE.left - 6, y: y + 4, "text-anchor": "end" }, y < EDGE.top + 14 ? "" : plain(1000 * at)));
     }
     parts.push(
       svg("text", { class: "name", x: width - EDGE.right, y: height - 12, "text-anchor": "end" }, `${NAMES[across] ?? "x"} / mm`),
@@ -227,20 +216,8 @@ export class PlaneView {
   }
 }
 
-/** A path of points; a gap where there is no number. */
-function path([across, up]: [Points, Points], scale: Scale): string {
-  let text = "";
-  let open = false;
-  across.forEach((x, index) => {
-    const y = up[index] ?? null;
-    if (x === null || y === null) {
-      open = false;
-      return;
-    }
-    text += `${open ? "L" : "M"}${scale.x(x).toFixed(1)},${scale.y(y).toFixed(1)}`;
-    open = true;
-  });
-  return text;
+function way([across, up]: [Points, Points], { x, y }: Scale): string {
+  return path(across, up, x, y);
 }
 
 /** The matter of a cut, within the picture. */

@@ -4,12 +4,11 @@ import type { App, TextFile } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
-import { el, say } from "./dom";
+import { button, el, say } from "./dom";
 import { choose, textOf } from "./drop";
 import { Fields } from "./forms";
 import { number, quantity } from "./format";
 import { spoken } from "./names";
-import type { Parameter } from "./protocol";
 
 interface NumberRow {
   name: string;
@@ -73,20 +72,18 @@ export class PlantRecord {
   private readonly rows = el("div", { class: "fields" });
   private readonly said = el("p", { class: "hint", role: "status" });
   private readonly found = el("div");
-  private readonly use = el("button", { type: "button", class: "primary", hidden: true }, "Design for this plant");
+  private readonly use: HTMLButtonElement;
   private readonly fields: Fields;
   private readonly panel: Panel;
   private chart: Chart | null = null;
   private file: TextFile | null = null;
 
-  constructor(private readonly app: App, taken: (plant: TextFile) => void) {
+  constructor(app: App, taken: (plant: TextFile) => void) {
     this.fields = new Fields(app);
     this.panel = app.connection.panel("identify");
     const asks = [this.record, this.other, this.rows];
     for (const part of asks) part.addEventListener("change", () => void this.ask());
-    this.use.addEventListener("click", () => {
-      if (this.file) taken(this.file);
-    });
+    this.use = button("Design for this plant", () => this.file && taken(this.file), { class: "primary", hidden: true });
     this.root = el(
       "details",
       { class: "plant-record", "data-fold": "record" },
@@ -108,39 +105,23 @@ export class PlantRecord {
     void this.askFields().then(() => this.ask());
   }
 
-  themed(): void {
-    this.chart?.redraw();
-  }
-
-  /** Asks for the keys of a record, once. */
   private async askFields(): Promise<void> {
-    if (!this.root.open || this.fields.all.length > 0) return;
-    const { plant_record: keys } = await this.app.connection.ask<{ plant_record: Parameter[] }>("runs.forms");
-    if (this.fields.all.length === 0) this.rows.replaceChildren(...keys.map((key) => this.fields.add(key)));
+    if (this.root.open) await this.fields.once("plant_record", this.rows);
   }
 
   private async ask(): Promise<void> {
-    this.said.classList.remove("trouble");
-    this.fields.refuse("");
     const question = async (): Promise<object> => {
       const [record, other] = await Promise.all([chosen(this.record), chosen(this.other)]);
       return { plant_record: { ...record, ...(other === null ? {} : { more: [other] }), ...(await this.fields.values()) } };
     };
     if (!this.record.files?.[0]) return;
     say(this.said, "The record is looked at …");
-    try {
-      const found = await this.panel.ask<FoundPlant | FoundResponse>(question());
-      if (found !== null) this.show(found);
-    } catch (error) {
-      this.refuse(error instanceof Error ? error.message : String(error));
-    }
-  }
-
-  private refuse(text: string): void {
-    this.file = null;
-    this.use.hidden = true;
-    this.found.replaceChildren();
-    this.fields.refusedIn(this.said, text);
+    const found = await this.fields.ask<FoundPlant | FoundResponse>(this.panel, this.said, question, () => {
+      this.file = null;
+      this.use.hidden = true;
+      this.found.replaceChildren();
+    });
+    if (found !== null) this.show(found);
   }
 
   private show(found: FoundPlant | FoundResponse): void {

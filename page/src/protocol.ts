@@ -2,6 +2,9 @@
 
 export const VERSION = 1;
 
+/** Fields of a message that are shown by their names, or handed on. */
+export type Values = Record<string, unknown>;
+
 export interface Range {
   least: number;
   most: number;
@@ -208,7 +211,7 @@ export interface OpenRun {
   running?: boolean;
   damage: string[] | string | null;
   missing_samples: number | null;
-  metadata: Record<string, unknown>;
+  metadata: Values;
   events: { time_s: number; kind: string; text: string }[];
   end: { ended: string; reason: string } | null;
   /** What the experiment drew of itself, if it ran since the server was started. */
@@ -225,11 +228,11 @@ export interface Answer {
   /** It is not there yet. */
   running?: boolean;
   verdict: string | null;
-  report: Record<string, unknown>;
+  report: Values;
   /** The report as people read it. */
   lines: Line[];
   /** The experiment that tries a proposal. */
-  experiment: { kind: string; text: string; parameters: Record<string, unknown> } | null;
+  experiment: { kind: string; text: string; parameters: Values } | null;
 }
 
 /** A run over its closed form. */

@@ -2,12 +2,12 @@
 
 import { AnswerPanel } from "./answer";
 import type { App, Dropped, ViewPart } from "./app";
-import { el, say } from "./dom";
+import { button, el, say, words } from "./dom";
 import { bytes, duration, number } from "./format";
 import { FormPanel, isQuestion } from "./forms";
 import { IdentifyPanel } from "./identify";
 import { Overlay } from "./overlay";
-import type { Answer, Form, OpenRun, RecordParameter, RunEntry, RunProgress, Unasked } from "./protocol";
+import type { Answer, Form, OpenRun, RecordParameter, RunEntry, RunProgress, Unasked, Values } from "./protocol";
 import type { Shown, State } from "./state";
 
 /** Runs that can be told apart over each other. */
@@ -27,7 +27,7 @@ export class RunsView implements ViewPart {
   private readonly folder = el("span");
   private readonly facts = el("div", { class: "facts", tabindex: 0, role: "region", "aria-label": "Report" });
   private readonly progress = el("p", { class: "progress", role: "status" });
-  private readonly stop = el("button", { type: "button", hidden: true }, "End the run");
+  private readonly stop = button("End the run", () => void this.app.tell("runs.stop"), { hidden: true });
   private readonly overlay: Overlay;
   private readonly answer: AnswerPanel;
   private readonly form: FormPanel;
@@ -56,15 +56,9 @@ export class RunsView implements ViewPart {
       form: el("div", { class: "panel" }, this.form.root),
       identify: el("div", { class: "panel" }, this.identify.root),
     };
-    const button = (text: string, panel: Panel): HTMLButtonElement => {
-      const made = el("button", { type: "button" }, text);
-      made.addEventListener("click", () => this.show(panel));
-      return made;
-    };
-    const buttons = el("div", { class: "buttons" }, button("New run", "form"), button("Identify a record", "identify"));
+    const buttons = el("div", { class: "buttons" }, button("New run", () => this.show("form")), button("Identify a record", () => this.show("identify")));
     const list = el("section", { class: "card runs-list" }, el("h2", {}, "Runs", this.folder), this.list, this.progress, this.stop, buttons);
     this.root = el("div", { class: "view runs" }, list, ...Object.values(this.panels));
-    this.stop.addEventListener("click", () => void app.tell("runs.stop"));
     this.show("curves");
     this.drawFacts([]);
     setInterval(() => void this.look(), LOOK_MS);
@@ -112,7 +106,7 @@ export class RunsView implements ViewPart {
       this.form.take(forms);
       this.identify.take(record);
     } catch (error) {
-      this.app.notify(error instanceof Error ? error.message : String(error));
+      this.app.notify(words(error));
     }
   }
 
@@ -132,7 +126,7 @@ export class RunsView implements ViewPart {
       this.drawList();
       this.drawFacts(this.shown);
     } catch (error) {
-      this.app.notify(error instanceof Error ? error.message : String(error));
+      this.app.notify(words(error));
     }
   }
 
@@ -141,9 +135,8 @@ export class RunsView implements ViewPart {
       const facts = [entry.kind, entry.running ? "running" : entry.duration_s === null ? "" : duration(entry.duration_s), entry.size_bytes > 0 ? bytes(entry.size_bytes) : "", entry.verdict ?? ""];
       const text = el("span", { class: "run" }, el("b", {}, entry.name), el("small", {}, facts.filter((fact) => fact).join(" · ")));
       if (isQuestion(entry.kind)) {
-        const button = el("button", { type: "button", class: "row", "data-run": entry.name, "aria-current": this.app.state.runs.answer === entry.name }, text);
-        button.addEventListener("click", () => this.change({ answer: entry.name }));
-        return el("li", {}, button);
+        const attributes = { class: "row", "data-run": entry.name, "aria-current": this.app.state.runs.answer === entry.name };
+        return el("li", {}, button(text, () => this.change({ answer: entry.name }), attributes));
       }
       const box = el("input", { type: "checkbox", "data-run": entry.name });
       box.checked = this.app.state.runs.open.includes(entry.name);
@@ -188,7 +181,7 @@ export class RunsView implements ViewPart {
     try {
       this.loaded.set(name, await this.app.connection.ask<OpenRun>("runs.open", { name }));
     } catch (error) {
-      this.app.notify(error instanceof Error ? error.message : String(error));
+      this.app.notify(words(error));
       this.change({ open: this.app.state.runs.open.filter((open) => open !== name) });
     } finally {
       this.loading.delete(name);
@@ -203,7 +196,7 @@ export class RunsView implements ViewPart {
         this.answer.show(await this.app.connection.ask<Answer>("runs.open", { name }));
       } catch (error) {
         this.answered = "";
-        this.app.notify(error instanceof Error ? error.message : String(error));
+        this.app.notify(words(error));
         this.change({ answer: "" });
         return;
       }
@@ -222,12 +215,12 @@ export class RunsView implements ViewPart {
   }
 
   /** Runs the experiment of a proposal. */
-  private async tryOut(kind: string, parameters: Record<string, unknown>): Promise<void> {
+  private async tryOut(kind: string, parameters: Values): Promise<void> {
     try {
       const { name } = await this.app.connection.ask<{ name: string }>("runs.start", { kind, parameters });
       this.started(name, kind);
     } catch (error) {
-      this.app.notify(error instanceof Error ? error.message : String(error));
+      this.app.notify(words(error));
     }
   }
 
@@ -253,9 +246,7 @@ export class RunsView implements ViewPart {
   private feelIt({ name, running, metadata }: OpenRun): Node[] {
     const { document } = (metadata["experiment"] ?? {}) as { document?: string };
     if (running || !document?.includes("[wall]")) return [];
-    const feel = el("button", { type: "button", class: "small" }, "Feel its wall");
-    feel.addEventListener("click", () => this.app.dispatch({ do: "open", what: { run: name } }));
-    return [feel];
+    return [button("Feel its wall", () => this.app.dispatch({ do: "open", what: { run: name } }), { class: "small" })];
   }
 
   // Runs that go on.
@@ -355,22 +346,16 @@ export class RunsView implements ViewPart {
     if (message.run) this.progressed(message.run);
   }
 
-  themed(): void {
-    this.overlay.themed();
-    this.answer.themed();
-    this.identify.themed();
-  }
-
   key(event: KeyboardEvent, down: boolean): boolean {
     return down && event.key === "Escape" && this.overlay.all();
   }
 }
 
 /** Keys and values of a report, one level down. */
-function flat(values: Record<string, unknown>): [string, string][] {
+function flat(values: Values): [string, string][] {
   return Object.entries(values).flatMap(([key, value]): [string, string][] => {
     if (value === null || value === undefined || value === "") return [];
-    if (typeof value === "object" && !Array.isArray(value)) return flat(value as Record<string, unknown>);
+    if (typeof value === "object" && !Array.isArray(value)) return flat(value as Values);
     return [[key, typeof value === "number" ? number(value, 4) : Array.isArray(value) ? value.join(", ") : String(value)]];
   });
 }

@@ -1,8 +1,8 @@
 // Files that the browser keeps.
 
 /** Offers a file for download. */
-export function save(blob: Blob, name: string): void {
-  const address = URL.createObjectURL(blob);
+export function save(content: BlobPart, type: string, name: string): void {
+  const address = URL.createObjectURL(new Blob([content], { type }));
   download(address, name);
   setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }

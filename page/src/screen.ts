@@ -3,7 +3,7 @@
 import type { App, ViewPart } from "./app";
 import { ControlView } from "./control";
 import { DesignView } from "./design";
-import { isTextField } from "./dom";
+import { isTextField, words } from "./dom";
 import { listenForFiles, look } from "./drop";
 import { FeelView } from "./feel";
 import type { View } from "./fragment";
@@ -38,7 +38,6 @@ export class Screen {
       takeControls: () => void app.tell("controls.take", { force: true }),
       record: () => this.record(),
       link: () => this.link(),
-      themed: () => this.views.forEach((view) => view.themed()),
     });
     setInterval(() => this.shell.awaits(app.connection.waits), LOOK_MS);
     this.listen();
@@ -71,7 +70,7 @@ export class Screen {
 
   /** Marks and runs. */
   unasked(message: Unasked): void {
-    for (const view of this.views.values()) view.unasked(message);
+    for (const view of this.views.values()) view.unasked?.(message);
   }
 
   notify(text: string): void {
@@ -129,7 +128,7 @@ export class Screen {
       if (found.view !== this.app.state.view) this.go(found.view);
       this.views.get(found.view)?.take?.(found.dropped);
     } catch (error) {
-      this.notify(error instanceof Error ? error.message : String(error));
+      this.notify(words(error));
     }
   }
 
@@ -150,14 +149,14 @@ export class Screen {
       if (isTextField(event.target)) return;
       // A button is pressed when the key goes up.
       if (event.key === " ") event.preventDefault();
-      this.views.get(this.app.state.view)?.key(event, false);
+      this.views.get(this.app.state.view)?.key?.(event, false);
     });
     addEventListener("focusin", ({ target }) => {
       if (isTextField(target)) this.entered = target.value;
     });
     // A key that goes up elsewhere does not push on.
     addEventListener("blur", () => {
-      for (const key of ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]) this.views.get(this.app.state.view)?.key(new KeyboardEvent("keyup", { key }), false);
+      for (const key of ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]) this.views.get(this.app.state.view)?.key?.(new KeyboardEvent("keyup", { key }), false);
     });
   }
 
@@ -193,6 +192,6 @@ export class Screen {
     if (act) {
       event.preventDefault();
       if (!event.repeat) act();
-    } else if (this.views.get(this.app.state.view)?.key(event, true)) event.preventDefault();
+    } else if (this.views.get(this.app.state.view)?.key?.(event, true)) event.preventDefault();
   }
 }

@@ -1,5 +1,7 @@
 // What is touched, from the metadata of a log, and its cut by a plane of two axes.
 
+import type { Values } from "./protocol";
+
 export type Shape =
   | { kind: "plane"; normal: number[]; surface: number }
   | { kind: "ball"; centre: number[]; radius: number; hollow: boolean };
@@ -24,8 +26,8 @@ function numbers(text: unknown): number[] {
 }
 
 /** The shape of a touch; null of another experiment. */
-export function shapeOf(metadata: Record<string, unknown>): Shape | null {
-  const values = (metadata["experiment"] ?? {}) as Record<string, unknown>;
+export function shapeOf(metadata: Values): Shape | null {
+  const values = (metadata["experiment"] ?? {}) as Values;
   const name = values["shape"];
   if (name === "plane") {
     const normal = numbers(values["normal"]);

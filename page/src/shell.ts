@@ -1,6 +1,7 @@
 // What is there in every view: head, stop, notices, foot, help.
 
-import { el, say } from "./dom";
+import { recolour } from "./chart";
+import { button, el, say } from "./dom";
 import { number, plain, steady } from "./format";
 import { VIEWS, type View } from "./fragment";
 import type { Hello, Status } from "./protocol";
@@ -35,7 +36,6 @@ export interface ShellOptions {
   record: () => void;
   /** Puts the address of what is shown into the clipboard, and says so. */
   link: () => Promise<string>;
-  themed: () => void;
 }
 
 export class Shell {
@@ -134,17 +134,13 @@ export class Shell {
     this.banner.hidden = text === "";
     this.banner.replaceChildren(text);
     if (!act) return;
-    const button = el("button", { type: "button", class: "small" }, label);
-    button.addEventListener("click", act);
-    this.banner.append(button);
+    this.banner.append(button(label, act, { class: "small" }));
   }
 
   /** A sentence that goes away. */
   notify(text: string): void {
     if (this.notices.lastElementChild?.firstChild?.textContent === text) return;
-    const close = el("button", { type: "button", class: "close", "aria-label": "Dismiss" }, "×");
-    const notice = el("div", { class: "notice" }, el("span", {}, text), close);
-    close.addEventListener("click", () => notice.remove());
+    const notice = el("div", { class: "notice" }, el("span", {}, text), button("×", () => notice.remove(), { class: "close", "aria-label": "Dismiss" }));
     this.notices.append(notice);
     while (this.notices.childElementCount > 3) this.notices.firstElementChild?.remove();
     setTimeout(() => notice.remove(), 12_000);
@@ -168,7 +164,7 @@ export class Shell {
   private theme(chosen: string | null): void {
     const dark = chosen === null ? matchMedia("(prefers-color-scheme: dark)").matches : chosen === "dark";
     document.documentElement.dataset["theme"] = dark ? "dark" : "light";
-    this.options.themed();
+    recolour();
   }
 
   private head(): void {
@@ -191,11 +187,7 @@ export class Shell {
   private footer(): void {
     const { tick, period, late, lost, limiter, energy } = this.foot;
     this.record.addEventListener("click", this.options.record);
-    const link = el("button", { type: "button", class: "keys" }, "copy link");
-    link.title = "The address of what is shown here";
-    link.addEventListener("click", () => void this.options.link().then((said) => this.notify(said)));
-    const keys = el("button", { type: "button" }, "space stops · P pauses · M marks · ? keys");
-    keys.addEventListener("click", () => this.toggleHelp());
+    const link = button("copy link", () => void this.options.link().then((said) => this.notify(said)), { class: "keys", title: "The address of what is shown here" });
     document.body.append(
       el(
         "footer",
@@ -208,7 +200,7 @@ export class Shell {
         this.record,
         this.watching,
         link,
-        keys,
+        button("space stops · P pauses · M marks · ? keys", () => this.toggleHelp()),
       ),
     );
   }
@@ -216,8 +208,6 @@ export class Shell {
   private helpDialog(): void {
     const list = el("dl");
     for (const [key, what] of KEYS) list.append(el("dt", {}, el("kbd", {}, key)), el("dd", {}, what));
-    const close = el("button", { type: "button" }, "Close");
-    close.addEventListener("click", () => this.help.close());
-    this.help.append(el("h2", {}, "Keys"), list, close);
+    this.help.append(el("h2", {}, "Keys"), list, button("Close", () => this.help.close()));
   }
 }

@@ -13,11 +13,11 @@ const UPDATE: &str = "UPDATE_MESSAGES";
 const HEAD: &str = r#"// Examples of messages, which the types of the page must fit: every field of a type is in its example.
 // Made from what the server sends: UPDATE_MESSAGES=1 cargo test -p haptic-page --test socket messages
 
-import type { Designed } from "./control";
-import type { Explained, Identified } from "./identify";
-import type { Answered } from "./loop";
-import type { FoundPlant } from "./plant-record";
-import type { Answer, Form, Hello, Judged, OpenRun, Parameter, RecordParameter, RunEntry, Unasked } from "./protocol";
+import type { Designed } from "../src/control";
+import type { Explained, Identified } from "../src/identify";
+import type { Answered } from "../src/loop";
+import type { FoundPlant } from "../src/plant-record";
+import type { Answer, Form, Hello, Judged, OpenRun, Parameter, RecordParameter, RunEntry, Unasked } from "../src/protocol";
 
 type Whole<T> = T extends object ? { readonly [K in keyof T]-?: Whole<Exclude<T[K], undefined>> } : T;
 
@@ -78,15 +78,19 @@ fn examples(page: &mut Page, runs: &Path) -> Vec<(&'static str, Value)> {
     page.ask("feel.end", json!({}));
     ran(page, "relax", json!({"duration_s": 2}));
     let before = runs.join("relax-0001/relax.mcap").display().to_string();
-    let run = ran(page, "relax", json!({"duration_s": 2, "against": before}));
+    let mut run = ran(page, "relax", json!({"duration_s": 2, "against": before}));
     ran(page, "design", json!({"orders": [1], "scheme": "muir:3"}));
     let long = json!({"orders": [1], "points": 1000, "scheme": "muir:3"});
     page.ask("runs.start", json!({"kind": "zwidth", "parameters": long}));
     let going = page.ask("runs.open", json!({"name": "zwidth-0001/zwidth"}));
     page.ask("runs.stop", json!({}));
     ended(page, |run| run["kind"] == "zwidth");
+    let mut answer = page.ask("runs.open", json!({"name": "design-0001/design"}));
+    // Any report is shown by its lines; the page takes it as it comes.
+    run["report"] = json!({});
+    answer["report"] = json!({});
+    answer["experiment"]["parameters"] = json!({});
     let unasked = json!({"status": status, "feel": feel, "mark": mark, "run": run, "notice": ""});
-    let answer = page.ask("runs.open", json!({"name": "design-0001/design"}));
     let forms = page.ask("runs.forms", json!({}));
     let wall = json!({
         "order": 0.5, "stiffness_n_per_m": 3000, "dissipation_n_s_mu_per_m": 100, "mass_kg": 0.065,
@@ -154,7 +158,7 @@ fn the_types_of_the_page_have_an_example_of_each_message() {
             "\nexport const example{number} = {example} as const;\nexample{number} satisfies Whole<{name}>;\n"
         );
     }
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../page/src/messages.ts");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../page/tests/messages.ts");
     if std::env::var_os(UPDATE).is_some() {
         fs::write(&file, &made).expect("writes");
     }
@@ -163,6 +167,6 @@ fn the_types_of_the_page_have_an_example_of_each_message() {
     let stale: Vec<&str> = stale.filter_map(|line| line.split(" = ").next()).collect();
     assert!(
         shown == made,
-        "page/src/messages.ts is stale at {stale:?}: make it anew with {UPDATE}=1 in the environment, then run page/build"
+        "page/tests/messages.ts is stale at {stale:?}: make it anew with {UPDATE}=1 in the environment, and look at what changed"
     );
 }
