@@ -130,7 +130,7 @@ impl Row {
 }
 
 /// Keys that stand together in many tables, and their name.
-const GROUPS: [(&str, &str); 6] = [
+const GROUPS: [(&str, &str); 5] = [
     (
         "*specimen*",
         "`library` `area_m2` `thickness_m` `loading` `indenter_radius_m` `half_angle_rad` `bonded`",
@@ -150,10 +150,6 @@ const GROUPS: [(&str, &str); 6] = [
     (
         "*imperfections*",
         "`delay_s` `friction_n` `current_lag_s` (0) `encoder_resolution_m` `sensor_noise_m` `seed`",
-    ),
-    (
-        "*force sensor*",
-        "`sensed_range_n` `sensed_noise_n` `sensed_lag_s` `sensed_offset_n` `sensed_seed`",
     ),
 ];
 
@@ -381,7 +377,7 @@ fn made() -> String {
         let _ = writeln!(text, "{}", row.line());
     }
     let chapters = [
-        (0, "Experiment files", EXPERIMENT_FILES.to_owned()),
+        (0, "Experiment files", String::new()),
         (experiment, "Controller files", CONTROLLER_FILES.to_owned()),
         (
             experiment + controller,
@@ -403,7 +399,6 @@ fn made() -> String {
     lists_once(&text)
 }
 
-const EXPERIMENT_FILES: &str = "";
 const CONTROLLER_FILES: &str = "\nOne of the first five, and `[loop]`.\n";
 const PLANT_FILES: &str = "\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n";
 const ASKED: &str = "\nCommand, page and Python ask them alike, in Python as `tissue.identify_tables`, `control.identify`, `control.design`, `control.analyze`, `control.simulate`, and in\n`experiment` `zwidth`, `design`, `analyze_stability` and so on. On the page a plant is typed, or a file. Names:\n";
