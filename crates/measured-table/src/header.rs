@@ -162,7 +162,7 @@ pub(super) fn understand(header: &str, below: &str) -> Option<Meaning> {
         (below, Some(unit)) => vec![(whole, Some(below.to_owned())), (name, Some(unit))],
     };
     let mut ways = ways.into_iter();
-    ways.find_map(|(name, unit)| {
+    let found = ways.find_map(|(name, unit)| {
         meaning(&name, unit.clone()).or_else(|| {
             // `Compressive strain (extension)`, `F avg.` and such.
             let remarked = split(&name);
@@ -171,13 +171,20 @@ pub(super) fn understand(header: &str, below: &str) -> Option<Meaning> {
             meaning.rank += 1;
             Some(meaning)
         })
+    });
+    found.or_else(|| {
+        // `Modulus kPa`, `Time: s`: words of a unit right behind a name.
+        let (name, unit) = header.trim().rsplit_once(' ')?;
+        let found = meaning(name.trim_end_matches(':'), Some(unit.to_owned()))?;
+        let is_unit = unit.starts_with(char::is_alphabetic) && found.unit.factor().is_some();
+        (below.is_empty() && is_unit).then_some(found)
     })
 }
 
 const PLAIN: u8 = 1;
 /// Clocks that begin with what is measured, and those of the whole test.
 const STEP_CLOCKS: &str = "step time, interval time, segment time, t seg, creep time, relaxation time, time (action), intervalle temps";
-const TEST_CLOCKS: &str = "total time, run time, test time, global time, timestamp, time stamp, time (sequence), series time, seriestime";
+const TEST_CLOCKS: &str = "total time, run time, running time, test time, global time, timestamp, time stamp, time (sequence), series time, seriestime";
 const ANGULAR: &str = "ang, ω, omega, kreis, winkel";
 
 fn meaning(name: &str, unit: Option<String>) -> Option<Meaning> {

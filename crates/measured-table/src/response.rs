@@ -94,7 +94,8 @@ impl Found {
     fn of(heading: &Heading, place: usize, chosen: Option<ResponseColumn>) -> Option<Self> {
         // A capital omega is a unit, and in lower case a name.
         let name = heading.names[place].replace(['Ω', '\u{2126}'], "ohm");
-        let name = name.trim();
+        // `Trace 2: Gain: Phase (°)` is the last of these.
+        let name = name.rsplit(": ").next().unwrap_or_default().trim();
         let bare = name.trim_start_matches(['-', '−', '–']);
         let sign = if bare.len() < name.len() { -1.0 } else { 1.0 };
         let (base, bare) = match logarithm(bare) {

@@ -166,7 +166,7 @@ pub(super) fn is_per_second(unit: &str) -> bool {
     matches!(plain(unit).as_str(), "1/s" | "s-1")
 }
 
-/// One spelling for `Pa⁻¹`, `Pa^-1` and `Pa**-1`, `µm` and `μm`, `mm²` and `mm^2`, `N / m2` and `N per m2`.
+/// One spelling for `sec` and `sec.`, `Pa⁻¹`, `Pa^-1` and `Pa**-1`, `µm` and `μm`, `mm²` and `mm^2`, `N / m2` and `N per m2`.
 fn plain(unit: &str) -> String {
     const FROM: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻−µμϵ·⋅×";
     const TO: &str = "0123456789--uuε  x";
@@ -176,7 +176,8 @@ fn plain(unit: &str) -> String {
             .find(|pair| pair.0 == letter)
             .map_or(letter, |pair| pair.1)
     };
-    let unit = unit.trim().replace(" per ", "/").replace(['^', '*'], "");
+    let unit = unit.trim().trim_end_matches('.');
+    let unit = unit.replace(" per ", "/").replace(['^', '*'], "");
     let unit: String = unit.chars().map(plain).collect();
     unit.replace(" /", "/").replace("/ ", "/")
 }

@@ -1,6 +1,8 @@
 //! Shapes of tables: names of rows, and curves side by side.
 
-use measured_table::{Choice, Column, Columns, Reader, TableError, read_record, read_table};
+use measured_table::{
+    Choice, Column, Columns, Reader, TableError, read_record, read_response, read_table,
+};
 
 /// All segments, or one, with columns by name.
 fn all(text: &str, columns: &[(Column, &str)], segment: &str) -> Result<Vec<Columns>, TableError> {
@@ -113,6 +115,72 @@ fn a_table_tells_what_each_column_is_taken_for() {
         read.len() == 2 && read.iter().all(|one| one.taken_for.is_none()),
         "{read:?}"
     );
+}
+
+/// Names and units of machines, and what a 1 in each column is in SI.
+const HEADERS: &str = r#"
+Running Time;Axial Force\nSec;kN | time 1, force 1000
+Segment;Displacement Into Surface;Load On Sample;Time On Sample\n;nm;mN;s | position 1e-9, force 1e-3, time 1
+Frequency(rad/s);Elastic shear modulus(kPa);Viscous shear modulus(kPa) | omega 1, storage 1e3, loss 1e3
+Time: min;Modul kPa | time 60, modulus 1e3
+Zeit (min);Modul (Pa) | time 60, modulus 1
+"#;
+
+/// Of responses, of a row 1, 20, 90, and the response.
+const RESPONSES: &str = "
+w (rad/s);Trace 1: Gain: Magnitude (dB);Trace 2: Gain: Phase (°) | 0 10
+Frequency (rad/s);|Z|(data);theta-z(deg) | 0 20
+omega (rad/s);Y' (S);Y'' (S) | 20 90
+freq. /Hz;Z1 /mohm;Z2 /mohm | 0.02 0.09
+";
+
+#[test]
+fn headers_of_machines_are_known() {
+    for (header, columns) in HEADERS.lines().filter_map(|row| row.split_once(" | ")) {
+        let header = header.replace("\\n", "\n");
+        let row = header
+            .split(['\n'])
+            .next()
+            .map(|names| names.replace(|c| c != ';', "").replace(';', ";1"));
+        let row = format!("1{}\n", row.expect("names"));
+        let read = all(&format!("{header}\n{}", row.repeat(3)), &[], "").expect(&header);
+        let mut columns: Vec<&str> = columns.split(", ").collect();
+        let values = read[0].values.iter();
+        let mut have: Vec<String> = values
+            .map(|(column, _, values)| format!("{} {}", column.name(), values[0]))
+            .collect();
+        columns.sort_unstable();
+        have.sort_unstable();
+        let plain = |text: &str| -> f64 {
+            text.rsplit_once(' ')
+                .expect("a size")
+                .1
+                .parse()
+                .expect("a number")
+        };
+        for (have, want) in have.iter().zip(&columns) {
+            assert!(
+                have.split(' ').next() == want.split(' ').next()
+                    && (plain(have) / plain(want) - 1.0).abs() < 1e-12,
+                "{header}: {have}"
+            );
+        }
+        assert_eq!(have.len(), columns.len(), "{header}: {have:?}");
+    }
+    for (header, want) in RESPONSES.lines().filter_map(|row| row.split_once(" | ")) {
+        let table = format!("{header}\n1;20;90\n2;20;90\n3;20;90\n");
+        let read = read_response(table.as_bytes(), &[]).expect(header);
+        let want: Vec<f64> = want
+            .split(' ')
+            .map(|part| part.parse().expect("a part"))
+            .collect();
+        let off = (0..2).map(|n| (read.values[0][n] - want[n]).abs());
+        assert!(
+            off.fold(0.0, f64::max) < 1e-9,
+            "{header}: {:?}",
+            read.values[0]
+        );
+    }
 }
 
 /// Names of a column of errors behind `time_s` and a measured column, and the first error in SI units of a first value of 5; `-` if it is none.

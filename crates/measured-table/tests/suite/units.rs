@@ -12,6 +12,9 @@ Strain | % 0.01; 1 1; m/m 1; mm/mm 1; 1e-6 1e-6; 10⁻⁶ 1e-6; µε 1e-6; με 
 Force | N 1; mN 1e-3; MN 1e6; nN 1e-9; kgf 9.80665; gf 0.00980665; lbf 4.4482216152605; dyn 1e-5; cN 0.01; lb 4.4482216152605; g 0.00980665; kg 9.80665
 # Of files that people publish.
 Stress | kgf/mm² 9806650; N m⁻² 1; N·mm-2 1e6; nN/µm² 1e3; pN/nm2 1e6; lbf/ft² 47.88025898033584; cmH2O 98.0665; torr 133.32236842105263; mbar 100; hPa 100; kN / m2 1e3
+Stress | inHg 3386.388640341; mmH2O 9.80665; at 98066.5; tf/m² 9806.65; Mdyn/cm² 1e5; Ba 0.1
+Time | ks 1e3; Sek. 1; sec. 1; Stunden 3600
+ω | krad/s 1e3; deg/s 0.017453292519943295; rev/s 6.283185307179586; cycles/min 0.10471975511965977
 Force | ozf 0.27801385095378125; kp 9.80665; daN 10; µN 1e-6
 Creep compliance | µm²/nN 1e-3; in²/lbf 1.450377377302092e-4; cm2 dyn-1 10; 1/bar 1e-5; m² per N 1
 Strain | mm/m 1e-3; µm/m 1e-6; ‰ 1e-3; ppm 1e-6; cm/cm 1
@@ -26,8 +29,9 @@ time_day 86400; time_hr 3600; stress_kgf_per_cm2 98066.5; stress_mpa 1e6; stress
 /// A name, its units, and why none is taken.
 const REFUSED: &str = "
 Time | month, months | has 28 to 31 days: write days
+ω | 1/min | may be cycles or radians per minute: write rpm
 Time | year, yr | has 365 or 366 days: write days
-Time | fortnight, Pa | is not a unit of time: give one of s, ms, us, ns, min, h, d, week in the header
+Time | fortnight, Pa | is not a unit of time: give one of s, ms, us, ns, min, h, d, week, ks in the header
 Stress | N, kg, N/m, m2/N, Pa-1, kg/s | is not a unit of stress: give one of Pa, kPa
 Force | Pa, m | is not a unit of force: give one of N, mN
 Force | a.u., counts | has no size of its own: calibrate
