@@ -28,6 +28,8 @@ mod moved;
 )]
 mod newtons;
 mod patience;
+#[cfg(feature = "std")]
+mod plausible;
 mod prepared;
 mod records;
 mod rendered;
