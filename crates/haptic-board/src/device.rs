@@ -17,7 +17,9 @@ type Loop<H> = TickSide<H, 1, &'static mut Records>;
 #[derive(Debug)]
 pub struct Shared<H: Hardware>(Mutex<RefCell<Loop<H>>>);
 
-impl<H: Hardware> Exclusive<Loop<H>> for Shared<H> {
+impl<H: Hardware> Exclusive for Shared<H> {
+    type Value = Loop<H>;
+
     fn with<R>(&self, user: impl FnOnce(&mut Loop<H>) -> R) -> R {
         critical_section::with(|token| user(&mut self.0.borrow_ref_mut(token)))
     }

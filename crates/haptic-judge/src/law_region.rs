@@ -272,7 +272,7 @@ mod tests {
         units::{Kilograms, NewtonSecondsPerMetre},
     };
     use haptic_trial::{Sensors, in_hand::law::HORIZON};
-    use testkit::{Random, assert_refused, assert_says};
+    use testkit::{Random, Tested, assert_refused, assert_says};
 
     const T: Seconds = Seconds(1e-3);
 
@@ -341,9 +341,9 @@ mod tests {
     }
 
     #[test]
-    fn each_law_of_a_region_is_stable_by_itself_and_the_refused_region_names_a_part() {
+    fn each_law_of_a_region_is_stable_by_itself_and_the_refused_region_names_a_part() -> Tested {
         let corner = |share: f64| wall(50.0 + share * 60e3, 1.0 + share * 100.0, 0.2 + 0.7 * share);
-        let whole = LawRegion::new([corner(0.0), corner(1.0)]).expect("of one kind");
+        let whole = LawRegion::new([corner(0.0), corner(1.0)])?;
         let refused = whole.prove(&devices()).expect_err("too stiff").to_string();
         assert_says(&refused, "stiffness_n_per_m 50 to ");
         let most: f64 = refused
@@ -353,11 +353,11 @@ mod tests {
             .expect("a number");
         let share = 0.99 * (most - 50.0) / 60e3;
         let top = WallTrial {
-            order: Order::new(0.9).expect("in range"),
+            order: Order::new(0.9)?,
             ..corner(share)
         };
-        let region = LawRegion::new([top, corner(0.0)]).expect("in any order");
-        region.prove(&devices()).expect("the part that was named");
+        let region = LawRegion::new([top, corner(0.0)])?;
+        region.prove(&devices())?;
         let mut random = Random(4);
         for _ in 0..40 {
             let law = wall(
@@ -367,7 +367,7 @@ mod tests {
             );
             assert_eq!(region.holds(&law), Some(Ok(())));
             let verdict = law.look(HORIZON).verdict(devices()[0], 0);
-            assert!(verdict.expect("judges").stable, "{law:?}");
+            assert!(verdict?.stable, "{law:?}");
         }
         let outside = region.holds(&wall(10.0, 2.0, 0.95)).expect("of its kind");
         let (nearest, _) = outside.expect_err("outside");
@@ -376,7 +376,7 @@ mod tests {
             "order = 0.9 for 0.95, stiffness_n_per_m = 50 for 10"
         );
         let short = WallTrial {
-            scheme: "grunwald:100".parse().expect("a scheme"),
+            scheme: "grunwald:100".parse()?,
             ..corner(0.0)
         };
         assert_eq!(region.holds(&short), None);
@@ -384,5 +384,6 @@ mod tests {
             LawRegion::new([short, corner(0.1)]),
             "a region is proved for",
         );
+        Ok(())
     }
 }

@@ -566,6 +566,7 @@ mod tests {
     use crate::{compared::relative_error, modelled_tissue::*};
     use haptic_tissue::{ModelKind, Source};
     use std::path::Path;
+    use testkit::Tested;
 
     fn creep_strain(tissue: &ModelledTissue, stress_pa: f64, time_s: f64) -> f64 {
         creep(&tissue.material.model, stress_pa, &[time_s])[0]
@@ -578,15 +579,15 @@ mod tests {
     }
 
     #[test]
-    fn short_memories_in_series_share_the_strain_of_each_tick() {
+    fn short_memories_in_series_share_the_strain_of_each_tick() -> Tested {
         // Each element remembers N of its own strains; the two forces are one.
         let (v, alpha, g, beta, length, t) = (3e3, 0.7, 9e3, 0.2, 40, Seconds(1e-3));
         let values = [v, alpha, g, beta];
-        let model = Model::from_parameters(ModelKind::FractionalMaxwell, &values).expect("valid");
+        let model = Model::from_parameters(ModelKind::FractionalMaxwell, &values)?;
         let scheme = Scheme::Grunwald { length };
-        let sampled = SampledModel::new(&model, t).expect("sampled");
+        let sampled = SampledModel::new(&model, t)?;
         let made = operator::<f64>(Some(&model), scheme, sampled.order(), t, 1e4);
-        let mut rendered = Channel::new(made.expect("made"));
+        let mut rendered = Channel::new(made?);
         let element = |size: f64, order: f64| {
             let weights = fracdiff::grunwald_weights(Order::new(order).expect("in range"));
             let newest = size * t.0.powf(-order);
@@ -614,6 +615,7 @@ mod tests {
             worst = worst.max((have - stress).abs() / 100.0);
         }
         assert!(worst < 1e-10, "{worst}");
+        Ok(())
     }
 
     #[test]

@@ -418,6 +418,7 @@ pub fn softer(
 #[cfg(test)]
 mod tests {
     //! Margins against closed forms, and what is said of a loop.
+    use testkit::Tested;
 
     use crate::preflight::*;
     use haptic_trial::preflight::{delay_samples, note_findings};
@@ -442,7 +443,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damper_has_the_margin_of_its_closed_form() {
+    fn a_damper_has_the_margin_of_its_closed_form() -> Tested {
         // Without damping of the device: α < 2β(2 − β)/(2 + β), 2/3 at β = 1.
         let device = Dynamics {
             damping_n_s_per_m: 0.0,
@@ -450,7 +451,7 @@ mod tests {
             ..TESTBED
         };
         let at = |factor: f64| wall(1.0, factor * 0.6e6, factor * 1e3);
-        let verdict = at(1.0).verdict(device, 0).expect("judges");
+        let verdict = at(1.0).verdict(device, 0)?;
         assert!(verdict.stable && !verdict.passive, "{verdict:?}");
         // 0.6g = 2g(2 − g)/(2 + g)  ⇔  1.2 + 0.6g = 4 − 2g.
         let edge = 2.8 / 2.6;
@@ -460,7 +461,7 @@ mod tests {
         let required = verdict.required_delta.expect("some");
         assert!((required - 1.3).abs() < 1e-9, "{required}");
         // An unstable one is told how much softer it has to be.
-        let verdict = at(2.0).verdict(device, 0).expect("judges");
+        let verdict = at(2.0).verdict(device, 0)?;
         let margin = verdict.margin.expect("a margin");
         assert!(!verdict.stable);
         assert!(margin <= 0.5 * edge && margin > 0.499 * edge, "{margin}");
@@ -471,7 +472,7 @@ mod tests {
         for part in words.split(" | ").chain(["`force_unstable`"]) {
             assert!(text.contains(part), "\"{part}\" in {text}");
         }
-        verdict.require_stable(true).expect("forced");
+        verdict.require_stable(true)?;
         for (guarded, words) in [(false, "it runs anyway"), (true, "only the guard")] {
             let warning = verdict.warning(guarded).expect("a warning");
             let is_named = ["unstable", words]
@@ -479,6 +480,7 @@ mod tests {
                 .all(|word| warning.contains(word));
             assert!(is_named, "{warning}");
         }
+        Ok(())
     }
 
     #[test]
@@ -541,21 +543,21 @@ mod tests {
     }
 
     #[test]
-    fn a_tissue_without_a_spring_drifts_and_is_stable() {
+    fn a_tissue_without_a_spring_drifts_and_is_stable() -> Tested {
         let tissue = |dissipation: f64| Preflight {
             scheme: "full".parse().expect("a scheme"),
             ..wall(0.2247, 0.0, dissipation)
         };
-        let verdict = tissue(174.0).verdict(TESTBED, 0).expect("judges");
+        let verdict = tissue(174.0).verdict(TESTBED, 0)?;
         assert!(verdict.stable, "{verdict:?}");
         // These left a negative spring at rest once.
         for order in [0.35, 0.4, 0.45, 0.7, 0.8] {
             for scheme in ["full", "piecewise-linear", "exact"] {
                 let tissue = Preflight {
-                    scheme: scheme.parse().expect("a scheme"),
+                    scheme: scheme.parse()?,
                     ..wall(order, 0.0, 20.0)
                 };
-                let verdict = tissue.verdict(TESTBED, 0).expect("judges");
+                let verdict = tissue.verdict(TESTBED, 0)?;
                 assert!(verdict.stable, "{scheme} {order}: {verdict:?}");
                 assert!(
                     verdict.required_delta.is_some(),
@@ -568,8 +570,9 @@ mod tests {
             "{verdict:?}"
         );
         // One that shakes is still told.
-        let verdict = tissue(1e6).verdict(TESTBED, 0).expect("judges");
+        let verdict = tissue(1e6).verdict(TESTBED, 0)?;
         assert!(!verdict.stable && verdict.margin.is_some(), "{verdict:?}");
+        Ok(())
     }
 
     /// The wall of a public report: stable with a margin of 1.5, and a hit at 0.5 m/s grows to 1 kN behind the clamp f ≥ 0.

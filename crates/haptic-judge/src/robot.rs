@@ -203,6 +203,7 @@ mod tests {
         robot::ADMITTANCE,
     };
     use std::path::Path;
+    use testkit::Tested;
 
     /// A wall of 1 kN/m on a robot of 10 Hz and 4 ms, with further lines of `[wall]` and the body and hands of `[admittance]`.
     fn read(law: &str, robot: &str) -> Result<WallTrial, FileError> {
@@ -234,11 +235,11 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_holds_a_push_in_every_corner_of_the_hands_as_its_springs_say() {
-        let wall = read("", &body(8.0, 20.0, "[0, 400]")).expect("a wall");
+    fn a_wall_holds_a_push_in_every_corner_of_the_hands_as_its_springs_say() -> Tested {
+        let wall = read("", &body(8.0, 20.0, "[0, 400]"))?;
         let verdict = judged(&wall);
         assert!(verdict.stable && verdict.margin.is_some_and(|margin| margin > 1.0));
-        let (worst, hits) = wall.worst(wall.tried().expect("runs")).expect("runs");
+        let (worst, hits) = wall.worst(wall.tried()?)?;
         assert!(worst.stable && hits.len() == 8, "{hits:?}");
         for setup in [wall.setup.clone()]
             .into_iter()
@@ -249,9 +250,10 @@ mod tests {
                 setup,
                 ..wall.clone()
             };
-            let deflection = one.tried().expect("runs").deflection_m.expect("at rest");
+            let deflection = one.tried()?.deflection_m.expect("at rest");
             assert!((deflection / wanted - 1.0).abs() < 1e-3, "{deflection}");
         }
+        Ok(())
     }
 
     #[test]

@@ -26,6 +26,7 @@ use std::{
     path::Path,
     sync::atomic::{AtomicBool, Ordering},
 };
+use testkit::Tested;
 
 /// A device whose plant is stepped `parts` times a sample, so that its friction is not that of the model, with an encoder, and all that was done
 /// to it.
@@ -539,7 +540,7 @@ fn a_stop_lets_the_force_fall_to_zero() {
 }
 
 #[test]
-fn a_plan_outside_its_ranges_is_refused() {
+fn a_plan_outside_its_ranges_is_refused() -> Tested {
     for [line, want] in testkit::table(
         r#"
         force_limit_n = nan | force_limit_n = NaN is not
@@ -549,16 +550,17 @@ fn a_plan_outside_its_ranges_is_refused() {
         "#,
     ) {
         let document = Document::of_text(Path::new("m.toml"), &format!("[measure]\n{line}\n"));
-        let parsed = document.parse().expect("a document");
+        let parsed = document.parse()?;
         let table = parsed.one_of(&[MEASUREMENT], &[], "measurement", "");
-        let table = table.expect("a measurement").1.with_keys(&TABLES);
-        let refused = MeasurePlan::read(&table.expect("its keys")).expect_err(&want);
+        let table = table?.1.with_keys(&TABLES);
+        let refused = MeasurePlan::read(&table?).expect_err(&want);
         let message = refused.to_string();
         assert!(
             message.starts_with(&format!("m.toml:2: {want}")),
             "{message}"
         );
     }
+    Ok(())
 }
 
 #[test]

@@ -109,19 +109,26 @@ impl PlantSetup for () {
 }
 
 /// Somebody who lends a value to one user at a time: a critical section, a mutex.
-pub trait Exclusive<T> {
+pub trait Exclusive {
+    /// Type of the value.
+    type Value;
+
     /// Runs `user` with exclusive access to the value. Keep it short: ticks wait meanwhile.
-    fn with<R>(&self, user: impl FnOnce(&mut T) -> R) -> R;
+    fn with<R>(&self, user: impl FnOnce(&mut Self::Value) -> R) -> R;
 }
 
-impl<T> Exclusive<T> for core::cell::RefCell<T> {
+impl<T> Exclusive for core::cell::RefCell<T> {
+    type Value = T;
+
     fn with<R>(&self, user: impl FnOnce(&mut T) -> R) -> R {
         user(&mut self.borrow_mut())
     }
 }
 
 #[cfg(feature = "std")]
-impl<T> Exclusive<T> for std::sync::Mutex<T> {
+impl<T> Exclusive for std::sync::Mutex<T> {
+    type Value = T;
+
     fn with<R>(&self, user: impl FnOnce(&mut T) -> R) -> R {
         // Whoever panicked with it has been seen; the value itself is whole between two ticks.
         let mut value = self

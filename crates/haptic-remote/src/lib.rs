@@ -28,6 +28,8 @@ mod moved;
 )]
 mod newtons;
 mod patience;
+#[cfg(feature = "std")]
+mod plausible;
 mod prepared;
 mod records;
 mod rendered;
@@ -64,7 +66,7 @@ pub use prepared::{
 #[cfg(feature = "std")]
 pub use prepared::{CONTROLLER_COST, operator_shape};
 pub use records::{FLIGHT_SAMPLES, QUEUE_SAMPLES, Records, Tick};
-pub use session::DeviceSession;
+pub use session::{DeviceSession, Side};
 #[cfg(feature = "plants")]
 pub use simulated::SimulatedPlant;
 #[cfg(all(feature = "plants", feature = "several-axes"))]

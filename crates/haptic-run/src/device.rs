@@ -642,7 +642,7 @@ mod tests {
 
     #[test]
     fn a_fault_ends_a_run_and_a_silent_port_is_not_usable() {
-        let report = crate::remote::bad_lines::reported(haptic_loop::Fault::BoardFailed);
+        let report = crate::remote::bad_line_tests::reported(haptic_loop::Fault::BoardFailed);
         let failure = |error: LinkError| at_port("/dev/x", &error.into());
         let faulted = failure(LinkError::Faulted(report));
         assert!(matches!(faulted, Failure::Run(_)));

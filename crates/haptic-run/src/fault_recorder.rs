@@ -185,7 +185,7 @@ impl FaultRecorder {
 mod tests {
     use super::*;
     use haptic_log::record::{Entry, LogReader};
-    use testkit::Folder;
+    use testkit::{Folder, Tested};
 
     fn tick(tick: u64) -> TickMessage {
         TickMessage {
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn its_log_says_what_happened_and_is_never_written_over() {
+    fn its_log_says_what_happened_and_is_never_written_over() -> Tested {
         let folder = Folder::empty();
         let path = folder.join("run-fault.mcap");
         let run = folder.join("run.mcap");
@@ -280,16 +280,13 @@ mod tests {
             };
             recorder.write(&path, overwrite, run)
         };
-        write(&recorder, false).expect("nothing to write");
+        write(&recorder, false)?;
         assert!(!path.exists());
         recorder.latch(fault(40));
-        write(&recorder, false).expect("writes");
+        write(&recorder, false)?;
         write(&recorder, false).expect_err("it exists");
-        write(&recorder, true).expect("asked for");
-        let entries: Vec<Entry> = LogReader::open(&path)
-            .expect("opens")
-            .collect::<Result<_, _>>()
-            .expect("reads");
+        write(&recorder, true)?;
+        let entries: Vec<Entry> = LogReader::open(&path)?.collect::<Result<_, _>>()?;
         let index = |wanted: fn(&Entry) -> bool| entries.iter().position(wanted).expect("there");
         // The event lies between the ticks 40 and 41.
         let event = index(|entry| matches!(entry, Entry::Event(_)));
@@ -310,5 +307,6 @@ mod tests {
         ] {
             assert_eq!(record.values[key], value, "{key}");
         }
+        Ok(())
     }
 }

@@ -7,7 +7,7 @@
 //! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
 #[cfg(any(test, feature = "bad-lines"))]
-pub mod bad_lines;
+pub mod bad_line_tests;
 mod pair;
 mod partner;
 mod run;

@@ -681,6 +681,7 @@ fn in_file<T>(
 mod tests {
     use super::*;
     use fracdiff::FrequencyResponse as _;
+    use testkit::Tested;
 
     const ROBOT: &str = "[admittance]\nbandwidth_hz = 10\ndead_time_s = 0.004\nbody_inertance_n_s_mu_per_m = 8\nbody_damping_n_s_per_m = 20\n";
 
@@ -747,12 +748,13 @@ mod tests {
     }
 
     #[test]
-    fn a_lagged_mass_runs_as_it_is_analysed_and_a_history_of_another_operator_gives_no_motion() {
-        let lagged = read(&format!("{ROBOT}body_lag_s = 0.05\n")).expect("a lagged mass");
-        let plain = read(&format!("{ROBOT}body_order = 0.7\n")).expect("a body");
+    fn a_lagged_mass_runs_as_it_is_analysed_and_a_history_of_another_operator_gives_no_motion()
+    -> Tested {
+        let lagged = read(&format!("{ROBOT}body_lag_s = 0.05\n"))?;
+        let plain = read(&format!("{ROBOT}body_order = 0.7\n"))?;
         let t = Seconds(2e-3);
         for model in [&lagged, &plain] {
-            let body = model.body.rendered(t).expect("a body");
+            let body = model.body.rendered(t)?;
             let operator = body.operator();
             // The impulse response against the response of the analysis, at a quarter of the sample rate.
             let mut history = operator.at_rest();
@@ -770,5 +772,6 @@ mod tests {
         }
         let [a, b] = [&lagged, &plain].map(|model| model.body.rendered(t).expect("a body"));
         assert!(a.operator().past(&b.operator().at_rest()).is_nan());
+        Ok(())
     }
 }

@@ -16,7 +16,10 @@ pub mod control;
 pub mod device;
 pub mod golden;
 pub mod operator;
+mod tested;
 pub mod tissue;
+
+pub use tested::{Never, Tested};
 
 use std::fmt::{Debug, Display};
 use std::io::Write as _;

@@ -4,7 +4,7 @@ use crate::fixture::{bdf2, every, held, states};
 use control_tuning::{Bound, Sampling, Specification, Tuned, WishName, tune, tune_integer};
 use fracdiff::Seconds;
 use fractional_control::{HeldPlant, Plant, PowerMemory, Rule, SampledControlLoop};
-use testkit::{assert_close, assert_refused, assert_relative};
+use testkit::{Tested, assert_close, assert_refused, assert_relative};
 
 /// Plant, crossover in rad/s, margin in degrees: 20 of first order with dead time, 15 of second order, 15 fractional.
 pub(crate) fn plants() -> Vec<(String, f64, f64)> {
@@ -100,12 +100,12 @@ fn checked(tuned: &Tuned, plant: &Plant, wishes: &Specification) {
 }
 
 #[test]
-fn the_sampled_loop_that_was_tuned_is_certified_stable_and_has_its_margin() {
+fn the_sampled_loop_that_was_tuned_is_certified_stable_and_has_its_margin() -> Tested {
     let states = states([[0.0, 1.0], [0.0, -53.8]], [0.0, 15.4], [1.0, 0.0]);
-    let states = states.behind_lag(1e-3).expect("valid");
+    let states = states.behind_lag(1e-3)?;
     let plants = [
-        Plant::state_space(states, 0.5e-3).expect("valid"),
-        "15.4*exp(-0.0005s)/(s^2+53.8s)".parse().expect("valid"),
+        Plant::state_space(states, 0.5e-3)?,
+        "15.4*exp(-0.0005s)/(s^2+53.8s)".parse()?,
     ];
     for plant in plants {
         let (t, omega) = (Seconds(1e-3), 80.0);
@@ -113,19 +113,19 @@ fn the_sampled_loop_that_was_tuned_is_certified_stable_and_has_its_margin() {
             sample_time: t,
             rule: Rule::Grunwald,
         };
-        let tuned = tune(&plant, Some(sampling), &Specification::new(omega, 1.0)).expect("tuned");
+        let tuned = tune(&plant, Some(sampling), &Specification::new(omega, 1.0))?;
         assert!(tuned.unmet.is_empty(), "{:?}", tuned.unmet);
-        let memory = PowerMemory::new(Rule::Grunwald, 1e-6, 50.0).expect("valid");
+        let memory = PowerMemory::new(Rule::Grunwald, 1e-6, 50.0)?;
         let second = bdf2(1e-6, 50.0);
-        let sampled = HeldPlant::new(&plant, second, t).expect("valid");
-        let closed =
-            SampledControlLoop::new(tuned.parameters.into(), memory, &sampled).expect("valid");
+        let sampled = HeldPlant::new(&plant, second, t)?;
+        let closed = SampledControlLoop::new(tuned.parameters.into(), memory, &sampled)?;
         assert!(closed.verdict().stable);
         // What the plant folds back from above half the sample rate is not in the design.
         let open = closed.open(omega * t.0);
         assert_close("crossover", open.norm(), 1.0, 0.01);
         assert_close("margin", (-open).arg(), 1.0, 0.01);
     }
+    Ok(())
 }
 
 #[test]
@@ -244,9 +244,9 @@ pub(crate) fn least_margin(tuned: &Tuned, plant: &Plant, here: f64) -> f64 {
 }
 
 #[test]
-fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
+fn a_plant_that_falls_slowly_is_judged_with_its_aliases() -> Tested {
     // Near half the sample rate these see more than twice the gain that 1/ω alone has there.
-    let plant: Plant = "(s^2+0.4s+2)/(s(s^2+0.3s+1))".parse().expect("valid");
+    let plant: Plant = "(s^2+0.4s+2)/(s(s^2+0.3s+1))".parse()?;
     let sample_time = Seconds(0.02);
     let sampling = every(sample_time.0);
     let wishes = Specification::new(1.0, 40_f64.to_radians());
@@ -254,11 +254,10 @@ fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
         tune(&plant, Some(sampling), &wishes),
         tune_integer(&plant, Some(sampling), &wishes),
     ] {
-        let tuned = tuned.expect("tuned");
+        let tuned = tuned?;
         let memory = bdf2(1e-6, 100.0);
-        let sampled = HeldPlant::new(&plant, memory, sample_time).expect("valid");
-        let closed =
-            SampledControlLoop::new(tuned.parameters.into(), memory, &sampled).expect("valid");
+        let sampled = HeldPlant::new(&plant, memory, sample_time)?;
+        let closed = SampledControlLoop::new(tuned.parameters.into(), memory, &sampled)?;
         assert!(tuned.measures.stable && closed.verdict().stable);
         let least = closed.margins().phase.expect("a crossover").value;
         // Another crossover with less margin is told.
@@ -268,12 +267,13 @@ fn a_plant_that_falls_slowly_is_judged_with_its_aliases() {
         // To the points of the tuner's grid.
         assert_close("least", least, foreseen, 0.1);
     }
+    Ok(())
 }
 
 /// Two lags, the fast one hidden at the crossover, and the plant with a dead time in its place: what leads by more than the second allows is chosen
 /// by the flatness of the first alone.
 #[test]
-fn a_design_holds_where_a_fast_lag_is_a_dead_time() {
+fn a_design_holds_where_a_fast_lag_is_a_dead_time() -> Tested {
     for (lags, late, omega, t) in [
         (
             "0.644/(3942.5s^2+171.1s+1)",
@@ -285,16 +285,16 @@ fn a_design_holds_where_a_fast_lag_is_a_dead_time() {
     ] {
         let sampling = every(t);
         let wishes = Specification::new(omega, 60_f64.to_radians());
-        let plant: Plant = lags.parse().expect("valid");
-        let tuned = tune(&plant, Some(sampling), &wishes).expect("tuned");
+        let plant: Plant = lags.parse()?;
+        let tuned = tune(&plant, Some(sampling), &wishes)?;
         assert!(tuned.measures.stable_with_dead_time, "{lags}");
         for text in [lags, late] {
-            let plant: Plant = text.parse().expect("valid");
+            let plant: Plant = text.parse()?;
             let memory = bdf2(1e-6, 2000.0 * t);
             let plant = held(&plant, memory, t);
-            let closed =
-                SampledControlLoop::new(tuned.parameters.into(), memory, &plant).expect("valid");
+            let closed = SampledControlLoop::new(tuned.parameters.into(), memory, &plant)?;
             assert!(closed.verdict().stable, "{text}: {:?}", tuned.parameters);
         }
     }
+    Ok(())
 }

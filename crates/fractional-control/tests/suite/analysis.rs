@@ -8,7 +8,7 @@ use fractional_control::{
     analysis::{VerdictCause, analyse},
     run::{run, run_plant, samples_for},
 };
-use testkit::{assert_close, assert_relative};
+use testkit::{Tested, assert_close, assert_relative};
 
 fn p(gain: f64, t: f64) -> ControllerSetup {
     ControllerSetup::new(crate::fixture::p(gain), Seconds(t))
@@ -59,7 +59,7 @@ fn the_reason_of_a_verdict_is_the_boundary_by_hand() {
 
 /// P on 1/(s + 1)^12 meets −1 at 1/cos(π/12)^12 = 1.516 and at 1/cos(π/4)^12 = 64: below 100 both.
 #[test]
-fn a_gain_beyond_another_one_is_found_too() {
+fn a_gain_beyond_another_one_is_found_too() -> Tested {
     let chain = states::<12>(
         from_fn(|row| {
             from_fn(|column| match row.checked_sub(column) {
@@ -71,8 +71,8 @@ fn a_gain_beyond_another_one_is_found_too() {
         from_fn(|row| f64::from(u8::from(row == 0))),
         from_fn(|column| f64::from(u8::from(column == 11))),
     );
-    let chain = Plant::state_space(chain, 0.0).expect("a plant");
-    let cause = analyse(&p(100.0, 0.1), &chain).expect("a loop").cause;
+    let chain = Plant::state_space(chain, 0.0)?;
+    let cause = analyse(&p(100.0, 0.1), &chain)?.cause;
     let VerdictCause::GainTooHigh(far) = cause else {
         panic!("{cause:?}");
     };
@@ -81,9 +81,10 @@ fn a_gain_beyond_another_one_is_found_too() {
     assert_eq!(far.end, None);
     // Hurwitz of 0.1s⁴ + s³ + ks² + 2ks + k: k·2k > 0.1·4k² + k, so 1.6k > 1.
     let low = analyse(&p(0.1, 1e-3), &plant("(s^2+2s+1)/(0.1s^4+s^3)"));
-    let low = low.expect("a loop").cause;
+    let low = low?.cause;
     let is = matches!(low, VerdictCause::GainTooLow(low) if near(low.edge.value, 6.25, 0.05));
     assert!(is, "{low:?}");
+    Ok(())
 }
 
 /// P = 5 on 1/(s + 1): 40 samples late or 10 000, the dead time is the reason, up to the same one. Of the second loop some 1600 poles grow,
@@ -134,10 +135,10 @@ fn an_integral_that_meets_a_factor_s_is_not_proved() {
 
 /// A P loop on 1/(s + 1) settles at k/(1 + k) with the time constant 1/(1 + k).
 #[test]
-fn a_run_is_the_closed_form_and_a_limit_is_counted() {
+fn a_run_is_the_closed_form_and_a_limit_is_counted() -> Tested {
     let (t, samples) = (1e-3, 3000);
     let first = plant("1/(s+1)");
-    let free = run(&p(4.0, t), &first, &vec![1.0; samples], Some(1.0)).expect("runs");
+    let free = run(&p(4.0, t), &first, &vec![1.0; samples], Some(1.0))?;
     for n in [100, 500, 2000] {
         let wanted = 0.8 * -f64::exp_m1(-5.0 * n as f64 * t);
         assert_close("y", free.response.measured[n], wanted, 2e-3);
@@ -148,13 +149,14 @@ fn a_run_is_the_closed_form_and_a_limit_is_counted() {
         ..p(4.0, t)
     };
     // 4(1 − y) is above 2 until y = 2(1 − e^(−t)) is 0.5: for ln(4/3) s.
-    let limited = run(&limited, &first, &vec![1.0; samples], Some(1.0)).expect("runs");
+    let limited = run(&limited, &first, &vec![1.0; samples], Some(1.0))?;
     let wanted = (4.0f64 / 3.0).ln() / (samples as f64 * t);
     assert_close("limited share", limited.limited_share, wanted, 2e-3);
     assert!(run_plant(&plant("1/(s-1)"), Seconds(t), &[1.0; 10]).is_err());
     // t^0.5/Γ(1.5) an hour after a step, in a hundred thousand samples.
     let battery = run_plant(&plant("0.03+0.0012/s^0.5"), Seconds(0.036), &[1.0; 100_001]);
-    let end = battery.expect("a charge that adds up").measured[100_000];
+    let end = battery?.measured[100_000];
     assert_close("an hour", end, 0.03 + 0.072 / libm::tgamma(1.5), 1e-6);
     assert_eq!(samples_for(Some(0.1), 0.2), 3000.0);
+    Ok(())
 }

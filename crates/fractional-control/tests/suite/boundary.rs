@@ -6,7 +6,7 @@ use fractional_control::{
     Actuator, FractionalPid, FractionalTransferFunction, HeldPlant, PidParameters, Plant,
     PowerMemory, Rule, SampledControlLoop, SetPoint, StabilityVerdict, simulate,
 };
-use testkit::assert_relative;
+use testkit::{Tested, assert_relative};
 
 fn plant(draw: &mut Draw, index: usize, t: f64) -> Plant {
     let delay = if index.is_multiple_of(2) {
@@ -193,9 +193,9 @@ fn a_number_common_to_above_and_below_changes_no_verdict() {
 
 /// Two numbers whose ratio no loop can bear are refused where they meet, also in a controller.
 #[test]
-fn a_ratio_that_no_loop_can_bear_is_refused_with_the_remedy() {
+fn a_ratio_that_no_loop_can_bear_is_refused_with_the_remedy() -> Tested {
     let memory = bdf2(1e-6, 100.0);
-    let plant = |text: &str| HeldPlant::new(&text.parse().expect("valid"), memory, Seconds(1.0));
+    let plant = |text: &str| HeldPlant::new(&text.parse()?, memory, Seconds(1.0));
     for text in ["1e60/(1e-60s^1.5+1e-60)", "1e-60/(s+1e60)"] {
         let refused = plant(text).map(drop).expect_err(text).to_string();
         let remedies = ["other units", "sample faster"];
@@ -205,8 +205,8 @@ fn a_ratio_that_no_loop_can_bear_is_refused_with_the_remedy() {
         );
     }
     assert!(plant("1e60/(s+1e-60)").is_ok());
-    let plant = plant("1/(s+1)").expect("runs");
-    let law: FractionalTransferFunction = "1e60/(1e-60s^1.5+1e-60)".parse().expect("valid");
+    let plant = plant("1/(s+1)")?;
+    let law: FractionalTransferFunction = "1e60/(1e-60s^1.5+1e-60)".parse()?;
     let closed = SampledControlLoop::new(law.into(), memory, &plant);
     let refused = closed.expect_err("no numbers").to_string();
     let words = refused.starts_with("gain of the controller");
@@ -214,4 +214,5 @@ fn a_ratio_that_no_loop_can_bear_is_refused_with_the_remedy() {
         words && refused.contains("from 1e-75 to 1e75 in size"),
         "{refused}"
     );
+    Ok(())
 }

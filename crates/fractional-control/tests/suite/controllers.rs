@@ -7,7 +7,7 @@ use fractional_control::{
     Actuator, Controller, CroneParameters, FractionalPid, HeldPlant, LeadController, Mode,
     PidParameters, Plant, PowerMemory, Rule, SetPoint, Station,
 };
-use testkit::assert_close;
+use testkit::{Tested, assert_close};
 
 const T: Seconds = Seconds(1e-3);
 
@@ -141,12 +141,12 @@ fn from_manual_to_automatic_the_command_goes_on() {
 }
 
 #[test]
-fn single_precision_agrees_with_double() {
-    let actuator = Actuator::new(-4.0, 4.0).expect("valid");
+fn single_precision_agrees_with_double() -> Tested {
+    let actuator = Actuator::new(-4.0, 4.0)?;
     let memory = memory(Rule::Grunwald);
     let single = FractionalPid::<f32, 64>::new(GAINS, SetPoint::DEFAULT, actuator, memory, T);
     let double = FractionalPid::<f64, 64>::new(GAINS, SetPoint::DEFAULT, actuator, memory, T);
-    let (single, double) = (single.expect("valid"), double.expect("valid"));
+    let (single, double) = (single?, double?);
     let (mut s, mut d) = (single.at_rest(), double.at_rest());
     for n in 0..50_000 {
         let y = (f64::from(n) * 3e-3).sin();
@@ -155,6 +155,7 @@ fn single_precision_agrees_with_double() {
         single.advance(&mut s, 0.5, y as f32, a);
         double.advance(&mut d, 0.5, y, b);
     }
+    Ok(())
 }
 
 #[test]

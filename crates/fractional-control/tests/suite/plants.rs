@@ -9,7 +9,7 @@ use fractional_control::{
     SampledControlLoop, SetPoint, StateSpace, TidParameters, num_complex::Complex,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
-use testkit::assert_close;
+use testkit::{Tested, assert_close};
 
 fn memory() -> PowerMemory {
     bdf2(1e-9, 50.0)
@@ -29,13 +29,13 @@ fn run(plant: &Plant, t: f64, input: impl Fn(usize) -> f64, samples: usize) -> V
 }
 
 #[test]
-fn matrices_are_sampled_exactly_whatever_the_delay_and_lag() {
+fn matrices_are_sampled_exactly_whatever_the_delay_and_lag() -> Tested {
     // A late step at T = 0.2 is the same curve, moved; the lag multiplies by 1/(τs + 1).
-    let states = second_order().behind_lag(0.3).expect("valid");
-    let fine = Plant::state_space(states.clone(), 0.0).expect("valid");
+    let states = second_order().behind_lag(0.3)?;
+    let fine = Plant::state_space(states.clone(), 0.0)?;
     let fine = run(&fine, 0.01, |_| 1.0, 2000);
     for delay in [0.0, 0.07, 0.2, 0.43] {
-        let plant = Plant::state_space(states.clone(), delay).expect("valid");
+        let plant = Plant::state_space(states.clone(), delay)?;
         let coarse = run(&plant, 0.2, |_| 1.0, 90);
         for (n, y) in coarse.iter().enumerate() {
             let late = (n as f64 * 0.2 - delay) / 0.01;
@@ -47,17 +47,17 @@ fn matrices_are_sampled_exactly_whatever_the_delay_and_lag() {
             assert_close(&format!("{delay} {n}"), *y, want, 1e-12);
         }
     }
+    Ok(())
 }
 
 #[test]
-fn a_transfer_function_is_the_same_plant_to_second_order() {
+fn a_transfer_function_is_the_same_plant_to_second_order() -> Tested {
     // The same function with the factor √s + 1 above and below, so that its orders are not whole.
-    let function: FractionalTransferFunction = "(s^0.5+1)/(s^2.5+s^2+0.6s^1.5+0.6s+2s^0.5+2)"
-        .parse()
-        .expect("valid");
+    let function: FractionalTransferFunction =
+        "(s^0.5+1)/(s^2.5+s^2+0.6s^1.5+0.6s+2s^0.5+2)".parse()?;
     for delay in [0.0, 0.013, 0.2] {
-        let exact = Plant::state_space(second_order(), delay).expect("valid");
-        let other = Plant::transfer(function, delay).expect("valid");
+        let exact = Plant::state_space(second_order(), delay)?;
+        let other = Plant::transfer(function, delay)?;
         let error = |t: f64| {
             let samples = (8.0 / t) as usize;
             let input = |n: usize| (n as f64 * t * 1.7).sin();
@@ -75,18 +75,20 @@ fn a_transfer_function_is_the_same_plant_to_second_order() {
             "{delay}: {coarse} {fine}"
         );
     }
+    Ok(())
 }
 
 #[test]
-fn a_function_of_whole_orders_is_sampled_as_exactly_as_its_matrices() {
-    let function: FractionalTransferFunction = "1/(s^2+0.6s+2)".parse().expect("valid");
+fn a_function_of_whole_orders_is_sampled_as_exactly_as_its_matrices() -> Tested {
+    let function: FractionalTransferFunction = "1/(s^2+0.6s+2)".parse()?;
     for delay in [0.0, 0.013, 0.2] {
-        let written = Plant::transfer(function, delay).expect("valid");
-        let matrices = Plant::state_space(second_order(), delay).expect("valid");
+        let written = Plant::transfer(function, delay)?;
+        let matrices = Plant::state_space(second_order(), delay)?;
         let input = |n: usize| (n as f64 * 0.17).sin();
         let [a, b] = [written, matrices].map(|plant| run(&plant, 0.1, input, 100));
         assert_eq!(a, b);
     }
+    Ok(())
 }
 
 /// A controller of each kind: its parameters, and as it is run.
@@ -132,17 +134,16 @@ fn one_of_each(t: Seconds) -> [(ControllerParameters, Box<dyn FrequencyResponse>
 }
 
 #[test]
-fn the_curve_of_the_verdict_is_the_plant_that_runs() {
-    let function: FractionalTransferFunction =
-        "(s^0.5+2)/(s^1.7+0.5s^0.9+1)".parse().expect("valid");
+fn the_curve_of_the_verdict_is_the_plant_that_runs() -> Tested {
+    let function: FractionalTransferFunction = "(s^0.5+2)/(s^1.7+0.5s^0.9+1)".parse()?;
     let plants = [
-        Plant::transfer(function, 0.13).expect("valid"),
-        Plant::state_space(second_order().behind_lag(0.05).expect("valid"), 0.13).expect("valid"),
+        Plant::transfer(function, 0.13)?,
+        Plant::state_space(second_order().behind_lag(0.05)?, 0.13)?,
     ];
     for plant in plants {
         let (t, gain) = (0.05, p(1.0));
-        let sampled = HeldPlant::new(&plant, memory(), Seconds(t)).expect("valid");
-        let closed = SampledControlLoop::new(gain.into(), memory(), &sampled).expect("valid");
+        let sampled = HeldPlant::new(&plant, memory(), Seconds(t))?;
+        let closed = SampledControlLoop::new(gain.into(), memory(), &sampled)?;
         let weights = run(&plant, t, |n| f64::from(u8::from(n == 0)), 40_000);
         for theta in [0.05, 0.4, 1.5, PI] {
             let want = of_impulse_response(&weights, theta);
@@ -158,6 +159,7 @@ fn the_curve_of_the_verdict_is_the_plant_that_runs() {
         let have = closed.open(omega * t);
         assert!((have - want).norm() < 1e-4 * want.norm(), "{have} {want}");
     }
+    Ok(())
 }
 
 #[test]
@@ -187,11 +189,11 @@ fn a_measured_response_is_read_between_its_points() {
 }
 
 #[test]
-fn what_is_no_plant_is_refused() {
+fn what_is_no_plant_is_refused() -> Tested {
     let text = |text: &str| text.parse::<Plant>().expect_err(text).to_string();
     assert!(text("exp(0.5s)/(s+1)").starts_with("dead time -0.5 s is not at least 0"));
     assert!(text("s^2/(s+1)").contains("order 2 exceeds"));
-    let unstable: Plant = "1/(s^1.5-1)".parse().expect("valid");
+    let unstable: Plant = "1/(s^1.5-1)".parse()?;
     let message = unstable.stable_by_itself().expect_err("unstable");
     let want = "the plant has a pole that does not decay: close the loop with a controller first";
     assert_eq!(message.to_string(), want);
@@ -202,11 +204,12 @@ fn what_is_no_plant_is_refused() {
     );
     assert!(wrong.is_err());
     assert!(second_order().behind_lag(-1.0).is_err());
-    let fast = second_order().behind_lag(1e-10).expect("valid");
-    let fast = Plant::state_space(fast, 0.0).expect("valid");
+    let fast = second_order().behind_lag(1e-10)?;
+    let fast = Plant::state_space(fast, 0.0)?;
     let error = HeldPlant::new(&fast, memory(), Seconds(0.1)).expect_err("too fast");
     let words = "sample time 0.1 s is not within 1e8 time constants of the fastest pole";
     assert!(error.to_string().starts_with(words), "{error}");
+    Ok(())
 }
 
 #[test]
@@ -232,7 +235,7 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
 }
 
 #[test]
-fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
+fn a_plant_has_one_verdict_in_notation_and_as_matrices() -> Tested {
     let memory = bdf2(1e-6, 100.0);
     // Plant, its pole, T; the held loop turns unstable at a gain of (1 + e^(pT))/(e^(pT) − 1)·|p|.
     for (text, pole, t) in [
@@ -243,13 +246,12 @@ fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
         let e = f64::exp(pole * t);
         let limit = pole * (1.0 + e) / (e - 1.0);
         let matrices = Plant::state_space(states([[pole]], [1.0], [1.0]), 0.0);
-        for plant in [plant(text), matrices.expect("is right")] {
-            let sampled = HeldPlant::new(&plant, memory, Seconds(t)).expect("samples");
+        for plant in [plant(text), matrices?] {
+            let sampled = HeldPlant::new(&plant, memory, Seconds(t))?;
             assert!(sampled.is_exact());
             for (share, stable) in [(0.99, true), (1.01, false)] {
                 let gain = p(share * limit);
-                let closed =
-                    SampledControlLoop::new(gain.into(), memory, &sampled).expect("is right");
+                let closed = SampledControlLoop::new(gain.into(), memory, &sampled)?;
                 assert_eq!(
                     closed.verdict().stable,
                     stable,
@@ -258,4 +260,5 @@ fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
             }
         }
     }
+    Ok(())
 }

@@ -8,7 +8,7 @@ use fractional_control::{
     impulse_response, num_complex::Complex, step_response,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
-use testkit::assert_close;
+use testkit::{Tested, assert_close};
 
 fn memory(rule: Rule, tolerance: f64) -> PowerMemory {
     PowerMemory::new(rule, tolerance, 12.0)
@@ -106,17 +106,17 @@ fn the_sampled_response_is_that_of_the_impulse_response() {
 }
 
 #[test]
-fn single_precision_neither_drifts_nor_cancels() {
+fn single_precision_neither_drifts_nor_cancels() -> Tested {
     let memory = bdf2(1e-6, 200.0);
     for text in [
         "1/(0.8s^2.2+0.5s^0.9+1)",
         "1/(s^3+2s^2+2s+1)",
         "(s^0.5+1)/(s^1.5+s+0.5)",
     ] {
-        let function: FractionalTransferFunction = text.parse().expect("valid");
+        let function: FractionalTransferFunction = text.parse()?;
         let t = Seconds(1e-3);
-        let double = SampledTransferFunction::<f64>::new(&function, memory, t).expect("valid");
-        let single = SampledTransferFunction::<f32>::new(&function, memory, t).expect("valid");
+        let double = SampledTransferFunction::<f64>::new(&function, memory, t)?;
+        let single = SampledTransferFunction::<f32>::new(&function, memory, t)?;
         let (mut d, mut s) = (double.at_rest(), single.at_rest());
         let mut worst = 0.0_f64;
         for _ in 0..200_000 {
@@ -125,6 +125,7 @@ fn single_precision_neither_drifts_nor_cancels() {
         }
         assert!(worst < 2e-5, "{text}: {worst:e}");
     }
+    Ok(())
 }
 
 #[test]
@@ -143,16 +144,17 @@ fn orders_of_one_fraction_share_a_memory_and_agree_with_those_that_do_not() {
 }
 
 #[test]
-fn the_impulse_response_is_the_slope_of_the_step_response() {
-    let function: FractionalTransferFunction = "1/(s^1.5+s+1)".parse().expect("valid");
+fn the_impulse_response_is_the_slope_of_the_step_response() -> Tested {
+    let function: FractionalTransferFunction = "1/(s^1.5+s+1)".parse()?;
     let (memory, t) = (memory(Rule::Bdf2, 1e-9), 1e-2);
-    let step = step_response(&function, memory, Seconds(t), 501).expect("valid");
-    let impulse = impulse_response(&function, memory, Seconds(t), 501).expect("valid");
+    let step = step_response(&function, memory, Seconds(t), 501)?;
+    let impulse = impulse_response(&function, memory, Seconds(t), 501)?;
     for n in [100, 200, 400] {
         let slope = (step[n + 1] - step[n - 1]) / (2.0 * t);
         // Two formulas of second order.
         assert_close("impulse", impulse[n], slope, 1e-4);
     }
+    Ok(())
 }
 
 /// λ⁴ = −1 and its like: QR leaves their companion matrices as they are.

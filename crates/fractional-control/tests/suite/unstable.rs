@@ -3,6 +3,7 @@
 use crate::fixture::{bdf2, p, pi};
 use fracdiff::Seconds;
 use fractional_control::{FractionalTransferFunction, PidParameters, Plant, SampledControlLoop};
+use testkit::Tested;
 
 fn closed(gains: PidParameters, plant: &Plant, t: Seconds) -> SampledControlLoop {
     let memory = bdf2(1e-6, 1e5 * t.0);
@@ -22,7 +23,7 @@ fn the_pi_that_holds_the_simplest_unstable_plant_is_stable_by_hand_and_by_proof(
 
 /// k on 1/(s − 1) holds from 1 on, on 1/(s + 1)³ up to 8; sampled with T the boundaries move by O(T).
 #[test]
-fn an_interval_of_gains_ends_at_the_boundaries_by_hand() {
+fn an_interval_of_gains_ends_at_the_boundaries_by_hand() -> Tested {
     let t = Seconds(1e-3);
     for (text, gain, ends) in [
         ("1/(s-1)", 4.0, [0.25, 100.0]),
@@ -30,7 +31,7 @@ fn an_interval_of_gains_ends_at_the_boundaries_by_hand() {
         // s² + s − 2 + k: from 2 on, and the hold ends it far above a hundred times.
         ("1/((s-1)(s+2))", 10.0, [0.2, 100.0]),
     ] {
-        let plant: Plant = text.parse().expect("valid");
+        let plant: Plant = text.parse()?;
         let closed = closed(p(gain), &plant, t);
         let interval = closed.gain_interval(&closed.margins()).expect("stable");
         for (have, want) in interval.into_iter().zip(ends) {
@@ -50,7 +51,7 @@ fn an_interval_of_gains_ends_at_the_boundaries_by_hand() {
             );
         }
     }
-    let lost = closed(p(0.5), &"1/(s-1)".parse().expect("valid"), t);
+    let lost = closed(p(0.5), &"1/(s-1)".parse()?, t);
     assert_eq!(lost.gain_interval(&lost.margins()), None);
     for [low, high] in [
         [0.0, 1.0],
@@ -59,8 +60,9 @@ fn an_interval_of_gains_ends_at_the_boundaries_by_hand() {
         [1.0, f64::INFINITY],
         [f64::NAN, 1.0],
     ] {
-        assert!(!closed(p(4.0), &"1/(s-1)".parse().expect("valid"), t).is_stable_over(low, high));
+        assert!(!closed(p(4.0), &"1/(s-1)".parse()?, t).is_stable_over(low, high));
     }
+    Ok(())
 }
 
 /// A pole that adds up three times: too small a gain is as wrong as too large a one.

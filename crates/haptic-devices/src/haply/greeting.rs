@@ -25,6 +25,9 @@ const THROWN_MOST: usize = 4096;
 /// Answers that are checked before the device counts as a 2DIY.
 const FIRST_ANSWERS: usize = 3;
 
+/// Nobody is at the other end of the line.
+const GONE: HaplyOpenError = HaplyOpenError::First(HaplyTrouble::Gone);
+
 /// A 2DIY that cannot be opened.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -103,30 +106,28 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
     /// No answer, or one that such a device cannot give.
     pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
         let model = name.version.model();
-        let gone = |_| HaplyOpenError::First(HaplyTrouble::Gone);
         if name.home == Home::Now {
-            line.write_all(&resynchronise()).map_err(gone)?;
-            line.write_all(&configuration(&model)).map_err(gone)?;
+            line.write_all(&resynchronise()).map_err(|_| GONE)?;
+            line.write_all(&configuration(&model)).map_err(|_| GONE)?;
         }
         quiet(&mut line)?;
         let mut posture = None;
         for _ in 0..FIRST_ANSWERS {
             let nothing = torques(&model, [0.0; 2]);
-            line.write_all(&nothing).map_err(gone)?;
+            line.write_all(&nothing).map_err(|_| GONE)?;
             let answer = first_answer(&mut line).map_err(|error| since(name.home, error))?;
             let seen = judged(&model, answer, None).map_err(HaplyOpenError::First);
             let (_, seen) = seen.map_err(|error| since(name.home, error))?;
             posture = Some(seen);
         }
-        let posture = posture.ok_or(HaplyOpenError::First(HaplyTrouble::Gone))?;
+        let posture = posture.ok_or(GONE)?;
         Ok(Self::new(line, model, posture, name))
     }
 }
 
 /// Discards earlier bytes, until no more arrive.
 fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
-    let gone = |_| HaplyOpenError::First(HaplyTrouble::Gone);
-    line.set_patience(QUIET).map_err(gone)?;
+    line.set_patience(QUIET).map_err(|_| GONE)?;
     let mut bytes = [0; 64];
     let (mut thrown, mut patience) = (0, Patience::new(FIRST_ANSWER));
     while thrown < THROWN_MOST && !patience.is_over() {
@@ -134,13 +135,15 @@ fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
         let read = line.read(&mut bytes);
         patience.waited(QUIET, began.elapsed());
         match read {
-            Ok(0) => return Err(HaplyOpenError::First(HaplyTrouble::Gone)),
+            Ok(0) => return Err(GONE),
             Ok(count) => thrown += count,
             Err(error) if error.kind() == ErrorKind::TimedOut => {
-                return line.set_patience(Duration::from_millis(1)).map_err(gone);
+                return line
+                    .set_patience(Duration::from_millis(1))
+                    .map_err(|_| GONE);
             }
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            Err(_) => return Err(HaplyOpenError::First(HaplyTrouble::Gone)),
+            Err(_) => return Err(GONE),
         }
     }
     Err(HaplyOpenError::Talks)
@@ -154,10 +157,10 @@ fn first_answer(line: &mut impl Line) -> Result<[u8; ANSWER_BYTES], HaplyOpenErr
     while filled < ANSWER_BYTES {
         let began = Moment::now();
         match line.read(&mut bytes[filled..]) {
-            Ok(0) => return Err(HaplyOpenError::First(HaplyTrouble::Gone)),
+            Ok(0) => return Err(GONE),
             Ok(count) => filled += count,
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
-            Err(_) => return Err(HaplyOpenError::First(HaplyTrouble::Gone)),
+            Err(_) => return Err(GONE),
         }
         // A read waits for a millisecond, and on a socket for some more.
         patience.waited(QUIET, began.elapsed());

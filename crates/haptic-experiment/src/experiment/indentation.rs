@@ -13,7 +13,7 @@ mod report;
 mod tests;
 
 use super::{
-    kind::{Conduct, Experiment},
+    kind::{Conduct, Experiment, conducts},
     reading::{metadata, remote},
 };
 use crate::{
@@ -118,13 +118,7 @@ impl Experiment for Indentation {
         metadata
     }
 
-    fn conduct(&self) -> &Conduct {
-        &self.conduct
-    }
-
-    fn conduct_mut(&mut self) -> &mut Conduct {
-        &mut self.conduct
-    }
+    conducts!();
 
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         let ran = self.record(watched)?;

@@ -75,6 +75,20 @@ impl Conduct {
     }
 }
 
+/// The settings of an [`Experiment`] that has them in a field.
+macro_rules! conducts {
+    () => {
+        fn conduct(&self) -> &crate::experiment::kind::Conduct {
+            &self.conduct
+        }
+
+        fn conduct_mut(&mut self) -> &mut crate::experiment::kind::Conduct {
+            &mut self.conduct
+        }
+    };
+}
+pub(crate) use conducts;
+
 /// An experiment of any kind.
 pub(crate) trait Experiment: Any + Debug + Send + Sync {
     /// The number of samples, if all parameters are good.

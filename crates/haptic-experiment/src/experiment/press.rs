@@ -19,7 +19,7 @@ mod tests;
 
 use super::{
     drive::{self, Drive, HostDrive, PressPath, Section},
-    kind::{Conduct, Experiment},
+    kind::{Conduct, Experiment, conducts},
     reading::{metadata, remote},
     trial::no_law_there,
 };
@@ -166,13 +166,7 @@ impl Experiment for Press {
         metadata
     }
 
-    fn conduct(&self) -> &Conduct {
-        &self.conduct
-    }
-
-    fn conduct_mut(&mut self) -> &mut Conduct {
-        &mut self.conduct
-    }
+    conducts!();
 
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         let ran = match &self.conduct.remote {

@@ -17,7 +17,7 @@ use std::{
     path::Path,
     sync::{Arc, atomic::AtomicBool},
 };
-use testkit::{Folder, Random};
+use testkit::{Folder, Random, Tested};
 
 const T: S = S(1e-3);
 /// A law that hears what the loop reads, from where it begins.
@@ -86,28 +86,24 @@ fn entries(log: &Path) -> (Vec<TickMessage>, Vec<(f64, String, String)>) {
 }
 
 #[test]
-fn a_session_keeps_all_of_its_walls_and_answers_in_one_log() {
+fn a_session_keeps_all_of_its_walls_and_answers_in_one_log() -> Tested {
     let folder = Folder::empty();
     let session = opened(folder.as_ref());
     assert_eq!(
-        session
-            .allow(&[law(0.5, 300.0, 5.0), law(1.0, 200.0, 2.0)])
-            .expect("stable"),
+        session.allow(&[law(0.5, 300.0, 5.0), law(1.0, 200.0, 2.0)])?,
         0
     );
     let press = vec![(0.0, -5e-3), (0.2, 5e-3), (0.6, 5e-3), (0.8, -5e-3)];
     let mut felt = Vec::new();
     for wall in [0, 1] {
-        session.hand(press.clone()).expect("a way");
-        session
-            .feel(wall, 1e-3, Some(700), 30.0, GOES_ON)
-            .expect("felt");
-        session.go_on(700, GOES_ON, &|_| ()).expect("felt");
+        session.hand(press.clone())?;
+        session.feel(wall, 1e-3, Some(700), 30.0, GOES_ON)?;
+        session.go_on(700, GOES_ON, &|_| ())?;
         felt.push(session.felt());
-        assert!(session.rest(1.0, GOES_ON).expect("goes on"));
+        assert!(session.rest(1.0, GOES_ON)?);
     }
-    session.mark("answer", "second").expect("felt before");
-    let report = session.close().expect("closed");
+    session.mark("answer", "second")?;
+    let report = session.close()?;
     assert_eq!((report.dropped_samples, report.ended_early), (0, None));
     let (ticks, events) = entries(session.log());
     assert_eq!(ticks.len() as u64, report.samples);
@@ -138,10 +134,11 @@ fn a_session_keeps_all_of_its_walls_and_answers_in_one_log() {
         // The wall is whole at once.
         assert_eq!(part[0].limiters | part[400].limiters, 0);
     }
+    Ok(())
 }
 
 #[test]
-fn what_may_not_be_is_refused_in_a_line_and_without_a_force() {
+fn what_may_not_be_is_refused_in_a_line_and_without_a_force() -> Tested {
     let folder = Folder::empty();
     let session = opened(folder.as_ref());
     let refused = |result: Result<(), Failure>, words: &str| {
@@ -162,24 +159,22 @@ fn what_may_not_be_is_refused_in_a_line_and_without_a_force() {
     refused(session.allow(&[wrong()]).map(drop), "mass");
     let mut controller = Document::new("wall");
     let path = controller.set("wall", "controller", "pid.toml", "");
-    path.expect("once");
+    path?;
     let controller = session.allow(&[controller]);
     refused(controller.map(drop), "so no change could be proved");
-    session.allow(&[law(0.5, 300.0, 5.0)]).expect("stable");
+    session.allow(&[law(0.5, 300.0, 5.0)])?;
     let nowhere = session.feel(0, f64::NAN, None, 30.0, GOES_ON);
     refused(nowhere.map(drop), "surface");
     refused(session.hand(vec![(0.0, 1.0)]), "path of the hand");
     // In the wall for longer than the patience; it goes when the hand has left.
-    session
-        .hand(vec![(0.0, -5e-3), (0.2, 5e-3), (2.0, 5e-3), (2.1, -5e-3)])
-        .expect("a way");
-    session.feel(0, 0.0, None, 30.0, GOES_ON).expect("in front");
-    session.go_on(500, GOES_ON, &|_| ()).expect("felt");
-    assert!(!session.rest(0.5, GOES_ON).expect("goes on"));
-    assert!(session.rest(2.0, GOES_ON).expect("goes on"));
+    session.hand(vec![(0.0, -5e-3), (0.2, 5e-3), (2.0, 5e-3), (2.1, -5e-3)])?;
+    session.feel(0, 0.0, None, 30.0, GOES_ON)?;
+    session.go_on(500, GOES_ON, &|_| ())?;
+    assert!(!session.rest(0.5, GOES_ON)?);
+    assert!(session.rest(2.0, GOES_ON)?);
     let again = opened_at(folder.as_ref(), &[("force_limit_n", 2.0.into())]);
     refused(again, "by another run");
-    session.close().expect("closed");
+    session.close()?;
     let again = opened_at(folder.as_ref(), &[("force_limit_n", 2.0.into())]);
     refused(again, "already exists");
     refused(opened_at(folder.as_ref(), &[]), "force_limit_n");
@@ -201,10 +196,11 @@ fn what_may_not_be_is_refused_in_a_line_and_without_a_force() {
         .iter()
         .position(|tick| tick.commanded_force_n[0] != 0.0);
     assert!(ticks[first.expect("touched")].position_m[0] > 0.0);
+    Ok(())
 }
 
 #[test]
-fn a_law_of_a_region_is_felt_and_one_beside_it_or_a_change_that_may_swing_is_not() {
+fn a_law_of_a_region_is_felt_and_one_beside_it_or_a_change_that_may_swing_is_not() -> Tested {
     let folder = Folder::empty();
     let session = opened(folder.as_ref());
     let refused = |result: Result<usize, Failure>, words: &str| {
@@ -212,8 +208,8 @@ fn a_law_of_a_region_is_felt_and_one_beside_it_or_a_change_that_may_swing_is_not
         assert!(error.contains(words) && !error.contains('\n'), "{error}");
     };
     let (soft, stiff) = (law(0.2, 50.0, 1.0), law(0.9, 500.0, 10.0));
-    session.allow_between([&soft, &stiff]).expect("proved");
-    let within = session.inside(&law(0.7, 400.0, 3.0)).expect("within");
+    session.allow_between([&soft, &stiff])?;
+    let within = session.inside(&law(0.7, 400.0, 3.0))?;
     assert_eq!(within, 0);
     refused(
         session.inside(&law(0.95, 400.0, 3.0)),
@@ -223,39 +219,36 @@ fn a_law_of_a_region_is_felt_and_one_beside_it_or_a_change_that_may_swing_is_not
     refused(too_stiff.map(|()| 0), "stiffness_n_per_m 50 to ");
     // A tissue is a law too.
     let mut tissue = Document::new("wall");
-    tissue
-        .set("wall", "tissue", "fish-muscle", "")
-        .expect("once");
+    tissue.set("wall", "tissue", "fish-muscle", "")?;
     refused(session.inside(&tissue), "allow it first");
-    assert_eq!(session.allow(&[tissue]).expect("stable"), 1);
+    assert_eq!(session.allow(&[tissue])?, 1);
     // Each of two is stable, and what lies between them is not: see haptic_judge::law_region.
     let pair = [
         law(1.41897, 68894.82, 2.5176),
         law(0.069792, 537.16, 7443.1),
     ];
-    assert_eq!(session.allow(&pair).expect("stable"), 2);
+    assert_eq!(session.allow(&pair)?, 2);
     let press = vec![(0.0, -5e-3), (0.2, 2e-3), (3.0, 2e-3), (3.2, -5e-3)];
-    session.hand(press).expect("a way");
+    session.hand(press)?;
     for number in [0, 1, 0, 3] {
-        session
-            .feel(number, 0.0, None, 30.0, GOES_ON)
-            .expect("felt");
-        session.go_on(300, GOES_ON, &|_| ()).expect("felt");
+        session.feel(number, 0.0, None, 30.0, GOES_ON)?;
+        session.go_on(300, GOES_ON, &|_| ())?;
     }
     let swings = session.feel(2, 0.0, Some(300), 30.0, GOES_ON);
     refused(swings.map(|_| 0), "leave the first");
     // The session goes on with the law that is felt; from rest the other one comes.
-    session.go_on(400, GOES_ON, &|_| ()).expect("felt");
+    session.go_on(400, GOES_ON, &|_| ())?;
     assert!(session.felt().touched);
-    assert!(session.rest(5.0, GOES_ON).expect("goes on"));
-    assert!(session.feel(2, 0.0, Some(10), 30.0, GOES_ON).expect("felt"));
-    session.close().expect("closed");
+    assert!(session.rest(5.0, GOES_ON)?);
+    assert!(session.feel(2, 0.0, Some(10), 30.0, GOES_ON)?);
+    session.close()?;
     let (_, events) = entries(session.log());
     let tissues = events.iter().filter(|(_, kind, text)| {
         kind == "feel"
             && text.contains("tissue fish-muscle (fractional-maxwell: viscosity_pa_s_alpha")
     });
     assert_eq!(tissues.count(), 1);
+    Ok(())
 }
 
 fn opened_at(folder: &Path, keys: &[(&str, toml::Value)]) -> Result<(), Failure> {
@@ -264,7 +257,7 @@ fn opened_at(folder: &Path, keys: &[(&str, toml::Value)]) -> Result<(), Failure>
 }
 
 #[test]
-fn a_fault_or_a_stop_ends_a_session_and_keeps_its_log() {
+fn a_fault_or_a_stop_ends_a_session_and_keeps_its_log() -> Tested {
     for fault in [true, false] {
         let folder = Folder::empty();
         let keys = [
@@ -273,13 +266,11 @@ fn a_fault_or_a_stop_ends_a_session_and_keeps_its_log() {
         ];
         let stop = Arc::new(AtomicBool::new(false));
         let session = Session::open(options(folder.as_ref(), &keys), &stop, (), GOES_ON);
-        let session = session.expect("opened");
-        session.allow(&[law(0.5, 300.0, 5.0)]).expect("stable");
+        let session = session?;
+        session.allow(&[law(0.5, 300.0, 5.0)])?;
         let fast = if fault { 0.05 } else { 1.0 };
-        session
-            .hand(vec![(0.0, -5e-3), (fast, 5e-3)])
-            .expect("a way");
-        session.feel(0, 0.0, None, 30.0, GOES_ON).expect("in front");
+        session.hand(vec![(0.0, -5e-3), (fast, 5e-3)])?;
+        session.feel(0, 0.0, None, 30.0, GOES_ON)?;
         let ended = session
             .go_on(3000, &|| !fault, &|_| ())
             .expect_err("ended")
@@ -295,33 +286,32 @@ fn a_fault_or_a_stop_ends_a_session_and_keeps_its_log() {
         assert_eq!(events.last().expect("said").1, why);
         assert!(ticks.last().expect("some").commanded_force_n[0].abs() < 1e-12);
     }
+    Ok(())
 }
 
 #[test]
-fn a_wall_waits_for_a_handle_that_is_behind_it_and_does_not_come_once_nobody_waits() {
+fn a_wall_waits_for_a_handle_that_is_behind_it_and_does_not_come_once_nobody_waits() -> Tested {
     let folder = Folder::empty();
     let session = opened(folder.as_ref());
-    session.allow(&[law(0.5, 300.0, 5.0)]).expect("stable");
+    session.allow(&[law(0.5, 300.0, 5.0)])?;
     // The handle stands at -5 mm, behind a surface at -6 mm, and on one at -5 mm.
     for surface_m in [-6e-3, -5e-3] {
         let begun = session.feel(0, surface_m, None, 0.3, GOES_ON);
-        assert!(!begun.expect("goes on"));
+        assert!(!begun?);
     }
     session
         .mark("answer", "first")
         .expect_err("nothing was felt");
     // Moved out of its place, it does not meet the wall that was given up.
-    session
-        .hand(vec![(0.0, -5e-3), (0.5, -8e-3), (1.0, -8e-3), (1.3, 2e-3)])
-        .expect("a way");
-    session.pause(GOES_ON).expect("nothing is there");
+    session.hand(vec![(0.0, -5e-3), (0.5, -8e-3), (1.0, -8e-3), (1.3, 2e-3)])?;
+    session.pause(GOES_ON)?;
     let begun = session.feel(0, -6e-3, None, 2.0, GOES_ON);
-    assert!(begun.expect("goes on"));
+    assert!(begun?);
     let first = session.felt();
     assert!(!first.touched);
-    session.go_on(1500, GOES_ON, &|_| ()).expect("felt");
+    session.go_on(1500, GOES_ON, &|_| ())?;
     assert!(session.felt().touched);
-    session.close().expect("closed");
+    session.close()?;
     let (ticks, events) = entries(session.log());
     let kinds: Vec<&str> = events.iter().map(|(_, kind, _)| kind.as_str()).collect();
     assert_eq!(kinds, ["feel", "certificate"]);
@@ -330,27 +320,24 @@ fn a_wall_waits_for_a_handle_that_is_behind_it_and_does_not_come_once_nobody_wai
     assert!(
         touched as u64 > first.felt.tick && ticks[first.felt.tick as usize].position_m[0] < -6e-3
     );
+    Ok(())
 }
 
 /// Memory does not grow with trials, and none is lost: `CAMPAIGN_CASES` sets how many, 50 by default.
 #[test]
-fn many_trials_are_one_log_with_all_samples() {
+fn many_trials_are_one_log_with_all_samples() -> Tested {
     let folder = Folder::empty();
     let session = opened(folder.as_ref());
-    session.allow(&[law(0.5, 300.0, 5.0)]).expect("stable");
+    session.allow(&[law(0.5, 300.0, 5.0)])?;
     let trials = testkit::cases(50_u64);
     for _ in 0..trials {
-        session
-            .hand(vec![(0.0, -2e-3), (0.05, 3e-3), (0.1, -2e-3)])
-            .expect("a way");
-        session
-            .feel(0, 0.0, Some(100), 30.0, GOES_ON)
-            .expect("felt");
-        session.go_on(100, GOES_ON, &|_| ()).expect("felt");
-        assert!(session.rest(1.0, GOES_ON).expect("goes on"));
-        session.mark("answer", "first").expect("felt");
+        session.hand(vec![(0.0, -2e-3), (0.05, 3e-3), (0.1, -2e-3)])?;
+        session.feel(0, 0.0, Some(100), 30.0, GOES_ON)?;
+        session.go_on(100, GOES_ON, &|_| ())?;
+        assert!(session.rest(1.0, GOES_ON)?);
+        session.mark("answer", "first")?;
     }
-    let report = session.close().expect("closed");
+    let report = session.close()?;
     let (ticks, events) = entries(session.log());
     assert_eq!(
         (report.dropped_samples, ticks.len() as u64),
@@ -363,39 +350,35 @@ fn many_trials_are_one_log_with_all_samples() {
             .all(|(n, tick)| tick.tick == n as u64)
     );
     assert_eq!(events.len() as u64, 4 * trials);
+    Ok(())
 }
 
 /// Time from the end of one wall to the first tick of the next by the clock, the device armed all the time.
 #[test]
 #[ignore = "by night: `.ci/nightly` does it"]
-fn by_night_the_next_wall_is_felt_within_100_ms() {
+fn by_night_the_next_wall_is_felt_within_100_ms() -> Tested {
     let folder = Folder::empty();
     let stop = Arc::new(AtomicBool::new(false));
     let by_clock = SessionOptions {
         realtime: Some(haptic_run::realtime::RealtimeOptions::default()),
         ..options(folder.as_ref(), &[("force_limit_n", 2.0.into())])
     };
-    let session = Session::open(by_clock, &stop, (), GOES_ON).expect("opened");
-    session
-        .allow(&[law(0.5, 300.0, 5.0), law(1.0, 200.0, 2.0)])
-        .expect("stable");
+    let session = Session::open(by_clock, &stop, (), GOES_ON)?;
+    session.allow(&[law(0.5, 300.0, 5.0), law(1.0, 200.0, 2.0)])?;
     let mut longest = std::time::Duration::ZERO;
     for trial in 0..20 {
-        session
-            .hand(vec![(0.0, -2e-3), (0.05, 3e-3), (0.1, -2e-3)])
-            .expect("a way");
+        session.hand(vec![(0.0, -2e-3), (0.05, 3e-3), (0.1, -2e-3)])?;
         let began = haptic_loop::realtime::Moment::now();
-        session
-            .feel(trial % 2, 0.0, Some(200), 30.0, GOES_ON)
-            .expect("felt");
+        session.feel(trial % 2, 0.0, Some(200), 30.0, GOES_ON)?;
         longest = longest.max(began.elapsed());
-        session.go_on(200, GOES_ON, &|_| ()).expect("felt");
+        session.go_on(200, GOES_ON, &|_| ())?;
         if trial % 3 == 0 {
-            assert!(session.rest(1.0, GOES_ON).expect("goes on"));
+            assert!(session.rest(1.0, GOES_ON)?);
         }
     }
     assert!(longest.as_millis() < 100, "{longest:?}");
-    assert_eq!(session.close().expect("closed").dropped_samples, 0);
+    assert_eq!(session.close()?.dropped_samples, 0);
+    Ok(())
 }
 
 /// A spring of this stiffness, N/m, that becomes another while a hand holds still: how it was felt, the ticks from the change on, and the

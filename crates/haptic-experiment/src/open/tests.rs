@@ -5,7 +5,7 @@ use crate::experiment::{coupler::CouplerExperiment, wall::WallExperiment};
 use haptic_document::Document;
 use haptic_loop::Limit;
 use std::path::Path;
-use testkit::Folder;
+use testkit::{Folder, Tested};
 
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
                     order = 0.5\nstiffness_n_per_m = 3_000\ndissipation_n_s_mu_per_m = 60.0\n";
@@ -141,23 +141,23 @@ const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsamp
                        coupler_damping_n_s_per_m = 1\ncoupler_spring_n_s_1_minus_mu_per_m = 500\n";
 
 #[test]
-fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
+fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() -> Tested {
     let file = read(COUPLER).expect("good");
     let coupler: &CouplerExperiment = file.of().expect("a coupler");
     assert_eq!(
         coupler.trial.object,
         haptic_question::design::coupler::CouplerDesign::OBJECT
     );
-    assert_eq!(file.samples().expect("valid"), 5001);
+    assert_eq!(file.samples()?, 5001);
     // What is given over the file may still ask for a loop on the host.
     let serial = format!("{COUPLER}device = \"serial:x\"\n");
     let message = read(&serial).expect_err("no loop there");
     assert!(message.contains("give `loop` = host"), "{message}");
     let mut document = Document::of_text(Path::new("lab/wall.toml"), &serial);
     let set = document.set("coupler", "loop", "host", "--loop host");
-    set.expect("new");
-    let here = ExperimentFile::open(&document).expect("a good file");
-    assert_eq!(here.samples().expect("valid"), 5001);
+    set?;
+    let here = ExperimentFile::open(&document)?;
+    assert_eq!(here.samples()?, 5001);
     for [from, to, want] in testkit::table(
         r"
         0.75 | 1.01 | 5: order = 1.01 is not from 0 to 1
@@ -169,6 +169,7 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
     ) {
         refused(COUPLER, &from, &to, &want);
     }
+    Ok(())
 }
 
 #[test]
@@ -194,19 +195,20 @@ fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
 }
 
 #[test]
-fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() {
+fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() -> Tested {
     let says = "watchdog_s = 0.3\nmax_age_ticks = 40\nlate_ticks = 7\nloop = \"host\"\n";
     let mut document = Document::of_text(Path::new("lab/wall.toml"), &format!("{WALL}{says}"));
-    let file = ExperimentFile::open(&document).expect("good");
+    let file = ExperimentFile::open(&document)?;
     assert_eq!(file.0.conduct().remote, None);
     let set = document.set("wall", "device", "serial:here", "--device serial:here");
-    set.expect("new");
-    let file = ExperimentFile::open(&document).expect("good");
+    set?;
+    let file = ExperimentFile::open(&document)?;
     let remote = file.0.conduct().remote.as_ref().expect("serial");
     assert_eq!(remote.watchdog_ms(), 300);
     assert_eq!((remote.max_age_ticks, remote.late_ticks), (40, 7));
     assert_eq!(remote.loop_mode, haptic_link::LoopMode::Host);
     assert_eq!(remote.name.to_string(), "serial:here");
+    Ok(())
 }
 
 /// The mass of the device of a wall.
@@ -217,10 +219,10 @@ fn mass_kg(document: &Document) -> f64 {
 }
 
 #[test]
-fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
+fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() -> Tested {
     let folder = Folder::empty();
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\n";
-    std::fs::write(folder.join("device.toml"), file).expect("writes");
+    std::fs::write(folder.join("device.toml"), file)?;
     let wall = folder.join("wall.toml");
     let alone = Document::of_text(&wall, WALL);
     assert_eq!(mass_kg(&alone).to_bits(), f64::to_bits(0.065));
@@ -237,11 +239,11 @@ fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
         path.to_string_lossy().as_ref(),
         "--device-model",
     );
-    set.expect("new");
+    set?;
     assert_eq!(mass_kg(&over).to_bits(), f64::to_bits(0.08));
-    over.set("wall", "mass_kg", 0.1, "--mass 100g")
-        .expect("new");
+    over.set("wall", "mass_kg", 0.1, "--mass 100g")?;
     assert_eq!(mass_kg(&over).to_bits(), f64::to_bits(0.1));
+    Ok(())
 }
 
 #[test]
@@ -273,16 +275,16 @@ fn what_is_given_is_refused_by_its_words_and_not_twice() {
 }
 
 #[test]
-fn a_written_document_is_the_same_experiment_from_anywhere() {
+fn a_written_document_is_the_same_experiment_from_anywhere() -> Tested {
     let folder = Folder::empty();
     let wall = folder.join("wall.toml");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nfriction_n = 0.1\n";
-    std::fs::write(folder.join("device.toml"), file).expect("writes");
+    std::fs::write(folder.join("device.toml"), file)?;
     let text = WALL.replace("mass_kg = 0.065\n", "");
     let mut document = Document::of_text(&wall, &format!("{text}device_model = \"device.toml\"\n"));
     let set = document.set("wall", "scheme", "grunwald:100", "--scheme grunwald:100");
-    set.expect("new");
-    let written = document.to_toml().expect("good");
+    set?;
+    let written = document.to_toml()?;
     assert!(
         written.contains("\nscheme = \"grunwald:100\"\n"),
         "{written}"
@@ -294,34 +296,31 @@ fn a_written_document_is_the_same_experiment_from_anywhere() {
         format!("{read:?}")
     };
     assert_eq!(debug(&document), debug(&elsewhere));
-    assert_eq!(elsewhere.to_toml().expect("good"), written);
+    assert_eq!(elsewhere.to_toml()?, written);
     let mut kept = std::collections::BTreeMap::new();
-    document.keep_in(&mut kept).expect("good");
+    document.keep_in(&mut kept)?;
     assert_eq!(kept["document"], written);
     // Beside it each key, given, of the device file or by default.
     let values = ["experiment", "scheme", "mass_kg", "push_n", "device"].map(|key| &kept[key][..]);
     assert_eq!(values, ["wall", "grunwald:100", "0.08", "1", "sim"]);
+    Ok(())
 }
 
 #[test]
-fn a_device_file_over_a_file_is_written_as_it_runs() {
+fn a_device_file_over_a_file_is_written_as_it_runs() -> Tested {
     let folder = Folder::empty();
     let device = folder.join("device.toml");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.001\n";
-    std::fs::write(&device, file).expect("writes");
+    std::fs::write(&device, file)?;
     let text = format!("{WALL}device_model = \"gone.toml\"\n");
     let mut document = Document::of_text(&folder.join("wall.toml"), &text);
     let path = device.to_string_lossy();
     let set = document.set("wall", "device_model", path.as_ref(), "--device-model");
-    set.expect("new");
-    document
-        .set("wall", "damping_n_s_per_m", 0.1, "damping=0.1")
-        .expect("new");
-    document
-        .set("wall", "guard", "energy-bounding", "guard=energy-bounding")
-        .expect("new");
+    set?;
+    document.set("wall", "damping_n_s_per_m", 0.1, "damping=0.1")?;
+    document.set("wall", "guard", "energy-bounding", "guard=energy-bounding")?;
     // The file that nobody asks for any more need not be there.
-    let file = ExperimentFile::open(&document).expect("good");
+    let file = ExperimentFile::open(&document)?;
     let wall: &WallExperiment = file.of().expect("a wall");
     let known = wall.trial.setup.dynamics();
     assert_eq!(
@@ -331,7 +330,7 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
     // A guard does not count on more damping than that.
     assert_eq!(wall.trial.setup.known.damping_n_s_per_m, Some(0.1));
     assert_eq!(wall.trial.setup.known.mass_kg, Some(0.08));
-    let written = document.to_toml().expect("good");
+    let written = document.to_toml()?;
     for absent in ["mass_kg", "delay_s", "friction_n"] {
         assert!(
             !written.contains(&format!("{absent} =")),
@@ -339,8 +338,9 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
         );
     }
     let again = Document::of_text(Path::new("elsewhere/wall.toml"), &written);
-    let again = ExperimentFile::open(&again).expect("good");
+    let again = ExperimentFile::open(&again)?;
     assert_eq!(format!("{again:?}"), format!("{file:?}"));
+    Ok(())
 }
 
 #[test]

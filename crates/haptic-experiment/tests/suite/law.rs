@@ -9,7 +9,7 @@ use haptic_experiment::{
 use haptic_tissue::{Model, ModelKind};
 use serde_json::Value;
 use std::{f64::consts::PI, fmt::Write as _, path::Path, sync::Arc};
-use testkit::{Random, assert_close, assert_refused, assert_relative};
+use testkit::{Random, Tested, assert_close, assert_refused, assert_relative};
 
 const T: f64 = 1e-3;
 
@@ -612,7 +612,7 @@ fn a_series_elastic_actuator_renders_at_most_its_spring() {
 
 /// A mass on a damper is one, whether named or by its matrices.
 #[test]
-fn a_plant_of_matrices_is_the_device_that_they_are_of() {
+fn a_plant_of_matrices_is_the_device_that_they_are_of() -> Tested {
     let rate = 3.5 / 0.065;
     let text = format!(
         "[state_space]\na = [[0, 1], [0, {:?}]]\nb = [0, {:?}]\nc = [1, 0]\ndelay_s = 0.5e-3\ncurrent_lag_s = 2e-4\n",
@@ -660,19 +660,20 @@ fn a_plant_of_matrices_is_the_device_that_they_are_of() {
         "#,
         |more| ask("analyze-stability", &format!("{plant}{more}")),
     );
-    std::fs::write(&file, "[device]\nmass_kg = 1\ndamping_n_s_per_m = 1\n").expect("written");
+    std::fs::write(&file, "[device]\nmass_kg = 1\ndamping_n_s_per_m = 1\n")?;
     assert_refused(ask("analyze-stability", &plant), "has no [state_space]");
     // Where the hand acts elsewhere, nothing is proved; a loop that takes energy from it at one frequency is known.
     let hand = text.clone() + "b_hand = [1, 0]\n";
-    std::fs::write(&file, &hand).expect("written");
+    std::fs::write(&file, &hand)?;
     let report = ask("analyze-passivity", &plant).expect("an answer");
     assert!(
         report["plant_damping_n_s_per_m"].is_null() && report["passive"] != true,
         "{report}"
     );
-    std::fs::write(&file, hand.replace("b_hand = [1, 0]", "b_hand = [1]")).expect("written");
+    std::fs::write(&file, hand.replace("b_hand = [1, 0]", "b_hand = [1]"))?;
     let error = ask("analyze-transparency", &plant);
     assert_refused(error, "as many as those of B: change `plant_model`");
+    Ok(())
 }
 
 /// A spring beside a spring-pot.

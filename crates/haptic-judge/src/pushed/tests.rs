@@ -15,7 +15,7 @@ use haptic_trial::{
     safety::keys::SAFETY,
 };
 use std::path::Path;
-use testkit::Random;
+use testkit::{Random, Tested};
 
 const COUPLER_TABLES: [KeyTable; 3] = [
     ("required", COUPLER_REQUIRED),
@@ -124,7 +124,7 @@ fn a_second_device_comes_to_rest_at_the_push_over_the_stiffness_and_is_judged_as
 /// x = F/k + F/K of the object: the spring of the coupler and that of the object bear the push one after the other. The analysis has the damping
 /// of both devices.
 #[test]
-fn a_second_device_pushes_a_coupler_as_far_as_both_springs_give() {
+fn a_second_device_pushes_a_coupler_as_far_as_both_springs_give() -> Tested {
     let mut random = Random(6912);
     for _ in 0..20 {
         let [spring, ground] = [(); 2].map(|()| random.log_between(200.0, 1000.0));
@@ -134,19 +134,19 @@ fn a_second_device_pushes_a_coupler_as_far_as_both_springs_give() {
              coupler_damping_n_s_per_m = 2.0\ncoupler_spring_n_s_1_minus_mu_per_m = {spring:?}\n\
              object_mass_kg = 0.05\nobject_damping_n_s_per_m = 2.0\nobject_stiffness_n_per_m = {ground:?}\n[drive]\n"
         );
-        let coupler = of_table(&text, "coupler", &COUPLER_TABLES, coupler).expect("good");
-        let pushed = coupler.tried().expect("runs");
+        let coupler = of_table(&text, "coupler", &COUPLER_TABLES, coupler)?;
+        let pushed = coupler.tried()?;
         assert_eq!(pushed.verdict, TrialVerdict::Stable, "{pushed:?} {text}");
         let want = push_n * (1.0 / spring + 1.0 / ground);
         let off = (pushed.deflection_m.expect("rests") / want - 1.0).abs();
         assert!(off < 1e-6, "{off} {text}");
         let analysed = coupler
-            .judge(5000, coupler.setup.dynamics(), 0)
-            .expect("judges")
+            .judge(5000, coupler.setup.dynamics(), 0)?
             .coupler
             .expect("one");
         assert!((analysed.damping_n_s_per_m - 7.0).abs() < 1e-12, "{text}");
     }
+    Ok(())
 }
 
 /// Ticks of the run, the first swing in the last of them.
@@ -231,9 +231,9 @@ fn of_tissue(tissue: &str, more: &str) -> Result<WallTrial, FileError> {
 }
 
 #[test]
-fn a_wall_of_a_tissue_is_the_wall_of_its_numbers() {
+fn a_wall_of_a_tissue_is_the_wall_of_its_numbers() -> Tested {
     // A slab of 4 cm² and 20 mm.
-    let slab = of_tissue("prostate-healthy", "").expect("read");
+    let slab = of_tissue("prostate-healthy", "")?;
     let numbers = (
         slab.order.get(),
         slab.stiffness_n_per_m,
@@ -244,18 +244,17 @@ fn a_wall_of_a_tissue_is_the_wall_of_its_numbers() {
         (numbers.1, numbers.2),
         piece.material.spring_and_damper(0.02)
     );
-    let given = read(&text(numbers, "", ""))
-        .map(|wall| by_itself(&wall))
-        .expect("read");
-    let twice = of_tissue("prostate-healthy", "area_m2 = 8e-4").expect("read");
+    let given = read(&text(numbers, "", "")).map(|wall| by_itself(&wall))?;
+    let twice = of_tissue("prostate-healthy", "area_m2 = 8e-4")?;
     assert!((twice.dissipation_n_s_mu_per_m / numbers.2 - 2.0).abs() < 1e-12);
     let (a, b) = (tried(&slab), tried(&given));
     assert_eq!((a.verdict, a.largest_pull), (b.verdict, b.largest_pull));
     // Elements in series, with all of their past and with the newest of it.
     for scheme in ["full", "grunwald:500"] {
-        let muscle = of_tissue("fish-muscle", &format!("scheme = \"{scheme}\"")).expect("read");
+        let muscle = of_tissue("fish-muscle", &format!("scheme = \"{scheme}\""))?;
         assert!(muscle.model.is_some() && tried(&muscle).stable, "{scheme}");
     }
+    Ok(())
 }
 
 #[test]

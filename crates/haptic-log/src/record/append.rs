@@ -133,7 +133,7 @@ mod tests {
     use crate::record::{LogWriter, inspect, recover};
     use haptic_message::TickMessage;
     use std::{collections::BTreeMap, fs, path::PathBuf};
-    use testkit::Folder;
+    use testkit::{Folder, Tested};
 
     /// A log of 500 ticks.
     fn log_of(folder: &Folder) -> PathBuf {
@@ -155,40 +155,41 @@ mod tests {
     }
 
     #[test]
-    fn a_record_is_appended_and_the_log_stays_whole_for_every_reader() {
+    fn a_record_is_appended_and_the_log_stays_whole_for_every_reader() -> Tested {
         let folder = Folder::empty();
         let path = log_of(&folder);
-        let before = inspect(&path).expect("read");
+        let before = inspect(&path)?;
         for (number, verdict) in ["stable", "µ = 0.2 %: passive"].into_iter().enumerate() {
             let values = BTreeMap::from([(VERDICT.to_owned(), verdict.to_owned())]);
-            add_verdict(&path, verdict).expect("appended");
-            let summary = inspect(&path).expect("read");
+            add_verdict(&path, verdict)?;
+            let summary = inspect(&path)?;
             assert!(summary.complete && summary.damage.is_empty(), "{summary:?}");
             assert_eq!((summary.samples, &summary.gaps), (500, &before.gaps));
             let last = summary.metadata.last().expect("there");
             assert_eq!((last.name.as_str(), &last.values), (VERDICT, &values));
             // The library's own reader, by the index.
-            let bytes = fs::read(&path).expect("read");
-            let index = mcap::Summary::read(&bytes).expect("whole").expect("there");
+            let bytes = fs::read(&path)?;
+            let index = mcap::Summary::read(&bytes)?.expect("there");
             let statistics = index.stats.expect("there");
             assert_eq!(statistics.metadata_count as usize, 2 + number);
             assert_eq!(index.metadata_indexes.len(), 2 + number);
             let at = index.metadata_indexes.last().expect("there");
-            let found = mcap::read::metadata(&bytes, at).expect("where it is said to be");
+            let found = mcap::read::metadata(&bytes, at)?;
             assert_eq!(found.metadata["verdict"], verdict);
-            let samples = mcap::MessageStream::new(&bytes).expect("whole");
+            let samples = mcap::MessageStream::new(&bytes)?;
             assert_eq!(samples.filter(Result::is_ok).count(), 500);
         }
+        Ok(())
     }
 
     #[test]
-    fn what_is_no_finished_log_is_refused_and_left_as_it_is() {
+    fn what_is_no_finished_log_is_refused_and_left_as_it_is() -> Tested {
         let folder = Folder::empty();
         let path = folder.join("run.mcap");
-        let mut log = LogWriter::create(&path).expect("made");
-        log.tick(&TickMessage::at_rest(1)).expect("written");
-        log.finish().expect("finished");
-        let whole = fs::read(&path).expect("read");
+        let mut log = LogWriter::create(&path)?;
+        log.tick(&TickMessage::at_rest(1))?;
+        log.finish()?;
+        let whole = fs::read(&path)?;
         let mut others: Vec<Vec<u8>> = [0, 7, 40, whole.len() / 2, whole.len() - 1]
             .map(|cut| whole[..cut].to_vec())
             .into();
@@ -203,30 +204,32 @@ mod tests {
             }
         }
         for (number, other) in others.iter().enumerate() {
-            fs::write(&path, other).expect("written");
+            fs::write(&path, other)?;
             let refused = add_verdict(&path, "stable");
             assert!(refused.is_err(), "{number}");
-            assert_eq!(&fs::read(&path).expect("read"), other, "{number}");
+            assert_eq!(&fs::read(&path)?, other, "{number}");
         }
+        Ok(())
     }
 
     #[test]
-    fn power_that_is_cut_while_a_verdict_is_added_costs_no_sample() {
+    fn power_that_is_cut_while_a_verdict_is_added_costs_no_sample() -> Tested {
         let folder = Folder::empty();
         let path = log_of(&folder);
-        let before = fs::read(&path).expect("read");
-        add_verdict(&path, "stable").expect("appended");
-        let after = fs::read(&path).expect("read");
+        let before = fs::read(&path)?;
+        add_verdict(&path, "stable")?;
+        let after = fs::read(&path)?;
         let same = before.iter().zip(&after).take_while(|(a, b)| a == b);
         let (cut, saved) = (folder.join("cut.mcap"), folder.join("saved.mcap"));
         // What was written until then, before what was there; or before nothing.
         for done in (same.count()..after.len()).step_by(41) {
             let rest = before.get(done..).unwrap_or_default();
             for rest in [rest, &[]] {
-                fs::write(&cut, [&after[..done], rest].concat()).expect("written");
-                let summary = recover(&cut, &saved, true).expect("recovered");
+                fs::write(&cut, [&after[..done], rest].concat())?;
+                let summary = recover(&cut, &saved, true)?;
                 assert_eq!(summary.samples, 500, "{done}");
             }
         }
+        Ok(())
     }
 }

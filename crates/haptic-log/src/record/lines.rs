@@ -93,18 +93,18 @@ impl LineFile {
 mod tests {
     use super::*;
     use std::fs;
-    use testkit::Folder;
+    use testkit::{Folder, Tested};
 
     #[test]
-    fn a_file_is_continued_behind_its_last_whole_line_by_one_writer_at_a_time() {
+    fn a_file_is_continued_behind_its_last_whole_line_by_one_writer_at_a_time() -> Tested {
         let folder = Folder::empty();
         let path = folder.join("lines");
         let open = || LineFile::open(&path, "head");
         let text = || fs::read_to_string(&path).expect("text");
-        drop(open().expect("new"));
-        assert_eq!(folder.read_dir().expect("lists").count(), 0);
-        let ((mut first, _), (mut second, _)) = (open().expect("new"), open().expect("new"));
-        first.add("one").expect("written");
+        drop(open()?);
+        assert_eq!(folder.read_dir()?.count(), 0);
+        let ((mut first, _), (mut second, _)) = (open()?, open()?);
+        first.add("one")?;
         let late = second.add("two").expect_err("the name is taken");
         for refused in [late, open().expect_err("is open")] {
             assert!(
@@ -114,10 +114,11 @@ mod tests {
         }
         drop(first);
         let torn = text() + "half a line";
-        fs::write(&path, &torn).expect("written");
-        let (mut again, found) = open().expect("ours");
+        fs::write(&path, &torn)?;
+        let (mut again, found) = open()?;
         assert_eq!((found, text()), ("one\n".to_owned(), torn));
-        again.add("2").expect("written");
+        again.add("2")?;
         assert_eq!(text(), "head\none\n2\n");
+        Ok(())
     }
 }

@@ -350,38 +350,39 @@ fn rename_to_free_name(from: &Path, to: &Path) -> io::Result<()> {
 mod tests {
     use super::*;
     use crate::record::LineFile;
-    use testkit::Folder;
+    use testkit::{Folder, Tested};
 
     #[test]
-    fn the_name_appears_only_when_the_file_is_published() {
+    fn the_name_appears_only_when_the_file_is_published() -> Tested {
         let folder = Folder::empty();
         let target = folder.join("a.csv");
-        let (new_file, mut file) =
-            NewFile::create(&target, Leftover::Discard, false).expect("creates");
-        file.write_all(b"whole").expect("writes");
+        let (new_file, mut file) = NewFile::create(&target, Leftover::Discard, false)?;
+        file.write_all(b"whole")?;
         assert!(!target.exists());
-        new_file.publish().expect("publishes");
-        assert_eq!(fs::read(&target).expect("reads"), b"whole");
-        assert_eq!(folder.read_dir().expect("lists").count(), 1);
+        new_file.publish()?;
+        assert_eq!(fs::read(&target)?, b"whole");
+        assert_eq!(folder.read_dir()?.count(), 1);
+        Ok(())
     }
 
     #[test]
-    fn a_name_taken_meanwhile_is_not_overwritten() {
+    fn a_name_taken_meanwhile_is_not_overwritten() -> Tested {
         let folder = Folder::empty();
         let target = folder.join("a.mcap");
-        let (new_file, _file) = NewFile::create(&target, Leftover::Keep, false).expect("creates");
-        fs::write(&target, b"theirs").expect("writes");
+        let (new_file, _file) = NewFile::create(&target, Leftover::Keep, false)?;
+        fs::write(&target, b"theirs")?;
         let part = new_file.part().to_owned();
         assert!(matches!(new_file.publish(), Err(NewFileError::Exists(_))));
-        assert_eq!(fs::read(&target).expect("reads"), b"theirs");
+        assert_eq!(fs::read(&target)?, b"theirs");
         assert!(part.exists(), "the data stays in the .part file");
+        Ok(())
     }
 
     #[test]
-    fn a_file_that_is_being_written_is_told_from_one_that_was_left() {
+    fn a_file_that_is_being_written_is_told_from_one_that_was_left() -> Tested {
         let folder = Folder::empty();
         let target = folder.join("a.mcap");
-        let (new_file, file) = NewFile::create(&target, Leftover::Keep, false).expect("creates");
+        let (new_file, file) = NewFile::create(&target, Leftover::Keep, false)?;
         let part = new_file.part().to_owned();
         for overwrite in [false, true] {
             let error = NewFile::create(&target, Leftover::Keep, overwrite).expect_err("refuses");
@@ -389,57 +390,60 @@ mod tests {
         }
         assert!(refuse_being_written(&part).is_err());
         drop(file);
-        refuse_being_written(&part).expect("nobody writes it any more");
+        refuse_being_written(&part)?;
         let error = NewFile::create(&target, Leftover::Keep, false).expect_err("refuses");
         assert!(matches!(error, NewFileError::Leftover(_)), "{error}");
         // Nobody writes a file that is not there.
-        refuse_being_written(&target).expect("nobody writes it");
+        refuse_being_written(&target)?;
+        Ok(())
     }
 
     #[test]
-    fn two_writers_of_one_name_have_a_file_each() {
+    fn two_writers_of_one_name_have_a_file_each() -> Tested {
         let folder = Folder::empty();
         let target = folder.join("a.csv");
         let create = || NewFile::create(&target, Leftover::Discard, true).expect("creates");
         let ((one, mut first), (other, mut second)) = (create(), create());
         assert_ne!(one.part(), other.part());
-        first.write_all(b"first").expect("writes");
-        second.write_all(b"other").expect("writes");
-        one.publish().expect("publishes");
-        assert_eq!(fs::read(&target).expect("reads"), b"first");
-        other.publish().expect("publishes");
-        assert_eq!(fs::read(&target).expect("reads"), b"other");
+        first.write_all(b"first")?;
+        second.write_all(b"other")?;
+        one.publish()?;
+        assert_eq!(fs::read(&target)?, b"first");
+        other.publish()?;
+        assert_eq!(fs::read(&target)?, b"other");
+        Ok(())
     }
 
     #[cfg(unix)]
     #[test]
-    fn a_link_under_an_unfinished_name_is_not_followed() {
+    fn a_link_under_an_unfinished_name_is_not_followed() -> Tested {
         let folder = Folder::empty();
         let name = |name: &str| folder.join(name);
-        fs::write(name("theirs"), "theirs").expect("writes");
+        fs::write(name("theirs"), "theirs")?;
         for link in ["a.csv.host-cli-tmp", "a.csv.part"] {
-            std::os::unix::fs::symlink(name("theirs"), name(link)).expect("links");
+            std::os::unix::fs::symlink(name("theirs"), name(link))?;
         }
         let kept = NewFile::create(&name("a.csv"), Leftover::Keep, true).map(drop);
         assert!(kept.is_err(), "{kept:?}");
-        let new_file = NewFile::filled(&name("a.csv"), b"ours", false).expect("creates");
-        new_file.publish().expect("publishes");
-        assert_eq!(fs::read(name("a.csv")).expect("reads"), b"ours");
-        assert_eq!(fs::read(name("theirs")).expect("reads"), b"theirs");
+        let new_file = NewFile::filled(&name("a.csv"), b"ours", false)?;
+        new_file.publish()?;
+        assert_eq!(fs::read(name("a.csv"))?, b"ours");
+        assert_eq!(fs::read(name("theirs"))?, b"theirs");
+        Ok(())
     }
 
     #[cfg(unix)]
     #[test]
-    fn only_a_regular_file_is_replaced_or_removed() {
+    fn only_a_regular_file_is_replaced_or_removed() -> Tested {
         let folder = Folder::empty();
         let name = |name: &str| folder.join(name);
         let link = |to: &str| std::os::unix::fs::symlink(name(to), name("link")).expect("links");
-        let _socket = std::os::unix::net::UnixListener::bind(name("socket")).expect("binds");
+        let _socket = std::os::unix::net::UnixListener::bind(name("socket"))?;
         let made = std::process::Command::new("mkfifo")
             .arg(name("fifo"))
             .status();
-        assert!(made.expect("runs").success());
-        fs::write(name("theirs"), "theirs").expect("writes");
+        assert!(made?.success());
+        fs::write(name("theirs"), "theirs")?;
         let refused = |special: &Path| {
             let words = NewFile::create(special, Leftover::Keep, true).map(drop);
             let words = words.expect_err("refused").to_string();
@@ -455,15 +459,16 @@ mod tests {
         for to in ["/dev/null", "theirs", "gone"] {
             link(to);
             refused(&name("link"));
-            fs::remove_file(name("link")).expect("goes");
+            fs::remove_file(name("link"))?;
         }
         // One that was put there meanwhile.
-        let new_file = NewFile::filled(&name("link"), b"ours", true).expect("creates");
+        let new_file = NewFile::filled(&name("link"), b"ours", true)?;
         link("/dev/null");
         let error = new_file.publish().expect_err("refused");
         assert!(matches!(error, NewFileError::NotRegular(_)), "{error}");
         remove_earlier(&name("theirs"));
         assert!(!name("theirs").exists());
+        Ok(())
     }
 
     #[test]

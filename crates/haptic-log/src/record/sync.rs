@@ -66,18 +66,20 @@ impl Drop for Syncer {
 mod tests {
     use super::*;
     use std::time::Instant;
+    use testkit::Tested;
 
     #[test]
-    fn a_file_is_synced_at_the_interval_until_it_is_stopped() {
-        let file = tempfile::tempfile().expect("a file");
-        let syncer = Syncer::start(&file, Duration::from_millis(5)).expect("starts");
+    fn a_file_is_synced_at_the_interval_until_it_is_stopped() -> Tested {
+        let file = tempfile::tempfile()?;
+        let syncer = Syncer::start(&file, Duration::from_millis(5))?;
         std::thread::sleep(Duration::from_millis(200));
-        let syncs = syncer.stop().expect("syncs");
+        let syncs = syncer.stop()?;
         assert!(syncs >= 2, "{syncs}");
         // The stop does not wait for the interval.
         let began = Instant::now();
-        let syncer = Syncer::start(&file, Duration::from_secs(600)).expect("starts");
-        assert_eq!(syncer.stop().expect("stops"), 0);
+        let syncer = Syncer::start(&file, Duration::from_secs(600))?;
+        assert_eq!(syncer.stop()?, 0);
         assert!(began.elapsed() < Duration::from_secs(60));
+        Ok(())
     }
 }

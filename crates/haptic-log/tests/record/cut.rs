@@ -5,7 +5,7 @@ use haptic_log::record::{
     CUT, NewFileError, RecordError, RollingLog, Span, SpanError, cut, inspect,
 };
 use haptic_message::EventMessage;
-use testkit::Folder;
+use testkit::{Folder, Tested};
 
 const TICKS: u64 = 1000;
 
@@ -75,28 +75,27 @@ fn a_span_that_is_not_in_the_log_leaves_nothing() {
 }
 
 #[test]
-fn a_rolled_log_is_cut_across_its_files() {
+fn a_rolled_log_is_cut_across_its_files() -> Tested {
     let folder = Folder::empty();
     let (log, part) = (folder.join("a.mcap"), folder.join("b.mcap"));
-    let mut writer = RollingLog::create(&log, [].into(), false).expect("creates");
+    let mut writer = RollingLog::create(&log, [].into(), false)?;
     writer.roll_at(1);
     // Ten are missing.
     for n in (0..40 * TICKS).filter(|n| n / 10 != 1234) {
         if n % TICKS == 0 {
             let time_s = tick(n).time_s;
             let (kind, text) = ("mark".to_owned(), String::new());
-            writer
-                .event(&EventMessage { time_s, kind, text })
-                .expect("takes");
+            writer.event(&EventMessage { time_s, kind, text })?;
         }
-        writer.tick(&tick(n)).expect("takes");
+        writer.tick(&tick(n))?;
     }
-    assert!(writer.finish().expect("finishes").paths.len() > 1);
+    assert!(writer.finish()?.paths.len() > 1);
     let [from_s, to_s] = [5 * TICKS, 35 * TICKS].map(|n| tick(n).time_s);
     let span = Span { from_s, to_s };
-    let made = cut(&log, &part, span, false).expect("cuts");
+    let made = cut(&log, &part, span, false)?;
     assert_eq!((made.samples, made.events), (30 * TICKS - 9, 31));
     assert_eq!((made.gaps[0].missing, made.complete), (10, false));
-    let found = inspect(&part).expect("reads");
+    let found = inspect(&part)?;
     assert_eq!((found.missing_samples, found.complete), (10, true));
+    Ok(())
 }

@@ -20,7 +20,7 @@ use std::{
     path::Path,
     rc::Rc,
 };
-use testkit::{Folder, Random, assert_says, broken, cases};
+use testkit::{Folder, Random, Tested, assert_says, broken, cases};
 
 /// A sink that shares its bytes and fails once it holds `limit` of them.
 #[derive(Clone)]
@@ -61,20 +61,18 @@ impl Seek for SmallDisk {
 /// `CAMPAIGN_CASES`: cuts to try, 25 by default.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn what_was_written_100_ms_before_any_cut_survives_it() {
+fn what_was_written_100_ms_before_any_cut_survives_it() -> Tested {
     const TICKS: u64 = 20_000;
     // How many ticks the program had produced when the file had grown to so many bytes.
     let disk = SmallDisk::new(usize::MAX);
-    let mut writer = LogWriter::with_sink(disk.clone(), Path::new("disk")).expect("starts");
-    writer
-        .metadata("experiment", parameters())
-        .expect("metadata");
+    let mut writer = LogWriter::with_sink(disk.clone(), Path::new("disk"))?;
+    writer.metadata("experiment", parameters())?;
     let mut growth = Vec::new();
     for number in 0..TICKS {
-        writer.tick(&tick(number)).expect("tick");
+        writer.tick(&tick(number))?;
         growth.push(disk.bytes.borrow().len());
     }
-    writer.close().expect("closes");
+    writer.close()?;
     let whole = disk.bytes.borrow().clone();
 
     let folder = Folder::empty();
@@ -83,11 +81,11 @@ fn what_was_written_100_ms_before_any_cut_survives_it() {
         let cut = 1 + random.bits() as usize % (whole.len() - 1);
         let source = folder.join(format!("{round}.mcap.part"));
         let target = folder.join(format!("{round}.mcap"));
-        fs::write(&source, &whole[..cut]).expect("writes");
+        fs::write(&source, &whole[..cut])?;
 
-        let before = inspect(&source).expect("inspects");
+        let before = inspect(&source)?;
         assert!(!before.complete, "cut at {cut} of {}", whole.len());
-        let summary = recover(&source, &target, false).expect("recovers");
+        let summary = recover(&source, &target, false)?;
         assert!(!summary.complete && !summary.missing.is_empty());
 
         let produced = growth.partition_point(|&bytes| bytes <= cut) as u64;
@@ -96,30 +94,31 @@ fn what_was_written_100_ms_before_any_cut_survives_it() {
             kept + CHUNK_TICKS >= produced,
             "cut at {cut}: {kept} ticks kept of {produced}"
         );
-        let after = inspect(&target).expect("inspects");
+        let after = inspect(&target)?;
         assert!(after.complete && after.gaps.is_empty() && after.samples == kept);
         let last = (after.metadata.last()).expect("a recovered log is marked");
         assert_eq!(last.name, RECOVERED);
         assert_eq!(last.values["samples_kept"], kept.to_string());
         let expected: Vec<TickMessage> = (0..kept).map(tick).collect();
         assert!(ticks_in(&target) == expected, "cut at {cut}: ticks differ");
-        fs::remove_file(&source).expect("removes");
-        fs::remove_file(&target).expect("removes");
+        fs::remove_file(&source)?;
+        fs::remove_file(&target)?;
     }
+    Ok(())
 }
 
 #[test]
-fn a_killed_writer_leaves_all_but_the_last_100_ms() {
+fn a_killed_writer_leaves_all_but_the_last_100_ms() -> Tested {
     let folder = Folder::empty();
     let path = folder.join("run.mcap");
     let part = folder.join("run.mcap.part");
-    let mut writer = LogWriter::create(&path).expect("creates");
-    fill(&mut writer, 5_050).expect("fills");
+    let mut writer = LogWriter::create(&path)?;
+    fill(&mut writer, 5_050)?;
     let safe = writer.samples_safe();
     // No destructor runs, as when the process is killed.
     std::mem::forget(writer);
     assert!(!path.exists());
-    let summary = inspect(&part).expect("inspects");
+    let summary = inspect(&part)?;
     assert!(!summary.complete);
     assert_eq!((summary.samples, safe), (5_000, 5_000));
     assert!(
@@ -147,37 +146,39 @@ fn a_killed_writer_leaves_all_but_the_last_100_ms() {
     // A copy is what a killed process leaves. The next run under this name does not destroy it.
     let (path, written) = (folder.join("killed.mcap"), part);
     let part = folder.join("killed.mcap.part");
-    fs::copy(&written, &part).expect("copies");
+    fs::copy(&written, &part)?;
     let error = LogWriter::create(&path).expect_err("refuses");
     assert!(matches!(
         error,
         RecordError::File(NewFileError::Leftover(_))
     ));
     assert_says(&error, "log recover");
-    let saved = recover(&part, &saved, false).expect("recovers");
+    let saved = recover(&part, &saved, false)?;
     assert_eq!((saved.samples, saved.events), (5_000, 1));
+    Ok(())
 }
 
 #[test]
-fn a_dropped_writer_keeps_everything_but_does_not_look_finished() {
+fn a_dropped_writer_keeps_everything_but_does_not_look_finished() -> Tested {
     let folder = Folder::empty();
     let path = folder.join("run.mcap");
-    let mut writer = LogWriter::create(&path).expect("creates");
-    fill(&mut writer, 5_050).expect("fills");
+    let mut writer = LogWriter::create(&path)?;
+    fill(&mut writer, 5_050)?;
     drop(writer);
     assert!(!path.exists());
-    let summary = inspect(&folder.join("run.mcap.part")).expect("inspects");
+    let summary = inspect(&folder.join("run.mcap.part"))?;
     assert_eq!((summary.samples, summary.complete), (5_050, false));
+    Ok(())
 }
 
 #[test]
-fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() {
+fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() -> Tested {
     let mut bytes = finished_bytes(10_000);
     let middle = bytes.len() / 2;
     // Far from any record header: 100 ticks of 92 random bytes make chunks of several kB.
     bytes[middle] ^= 0x10;
-    let mut reader = LogReader::new(bytes.as_slice(), Path::new("memory")).expect("opens");
-    let entries: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>().expect("reads");
+    let mut reader = LogReader::new(bytes.as_slice(), Path::new("memory"))?;
+    let entries: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>()?;
     let condition = reader.condition();
     assert!(!condition.complete);
     assert!(
@@ -188,14 +189,15 @@ fn a_damaged_chunk_costs_its_own_100_ms_and_nothing_else() {
 
     let folder = Folder::empty();
     let damaged = folder.join("damaged.mcap");
-    fs::write(&damaged, &bytes).expect("writes");
-    let summary = inspect(&damaged).expect("inspects");
+    fs::write(&damaged, &bytes)?;
+    let summary = inspect(&damaged)?;
     assert_eq!(summary.gaps.len(), 1);
     assert_eq!(summary.gaps[0].missing, CHUNK_TICKS);
-    let saved = recover(&damaged, &folder.join("saved.mcap"), false).expect("recovers");
+    let saved = recover(&damaged, &folder.join("saved.mcap"), false)?;
     assert_eq!(saved.samples, 10_000 - CHUNK_TICKS);
     let sentences = saved.missing.join("\n");
     assert_says(&sentences, "100 ticks between");
+    Ok(())
 }
 
 #[test]
@@ -287,20 +289,20 @@ fn a_full_disk_says_which_file_and_how_much_is_safe_and_loses_no_more() {
 }
 
 #[test]
-fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() {
+fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() -> Tested {
     let folder = Folder::empty();
     let log = folder.join("run.mcap");
     finished(&log, 10);
-    let whole = fs::read(&log).expect("reads");
+    let whole = fs::read(&log)?;
     let old = folder.join("old.mcap");
-    fs::write(&old, "old").expect("writes");
+    fs::write(&old, "old")?;
     recover(&log, &old, false).expect_err("not asked");
-    assert_eq!(fs::read(&old).expect("reads"), b"old");
-    assert_eq!(recover(&log, &old, true).expect("asked").samples, 10);
+    assert_eq!(fs::read(&old)?, b"old");
+    assert_eq!(recover(&log, &old, true)?.samples, 10);
 
     // By its own name, and by another one.
     let link = folder.join("link.mcap");
-    fs::hard_link(&log, &link).expect("links");
+    fs::hard_link(&log, &link)?;
     for (source, target) in [(&log, &log), (&log, &link)] {
         let errors = [
             recover(source, target, true)
@@ -314,19 +316,21 @@ fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() {
             let is_own = matches!(error, RecordError::File(NewFileError::OwnSource(_)));
             assert!(is_own, "{error:?}");
         }
-        assert_eq!(fs::read(source).expect("reads"), whole);
+        assert_eq!(fs::read(source)?, whole);
     }
+    Ok(())
 }
 
 #[test]
-fn a_log_whose_writer_died_before_the_first_byte_is_an_empty_one() {
+fn a_log_whose_writer_died_before_the_first_byte_is_an_empty_one() -> Tested {
     let folder = Folder::empty();
     let part = folder.join("run.mcap.part");
-    fs::write(&part, "").expect("writes");
+    fs::write(&part, "")?;
     let saved = folder.join("saved.mcap");
-    let summary = recover(&part, &saved, false).expect("recovers");
+    let summary = recover(&part, &saved, false)?;
     assert!(!summary.complete && summary.samples == 0, "{summary:?}");
-    assert!(inspect(&saved).expect("inspects").complete);
+    assert!(inspect(&saved)?.complete);
+    Ok(())
 }
 
 /// A log of a file, with something done to its unfinished file after so many ticks.
@@ -358,13 +362,12 @@ fn a_log_that_somebody_removes_or_empties_is_not_called_whole() {
 }
 
 #[test]
-fn a_sound_log_of_others_is_not_an_empty_table() {
+fn a_sound_log_of_others_is_not_an_empty_table() -> Tested {
     let folder = Folder::empty();
     let [path, table] = ["theirs.mcap", "table.csv"].map(|name| folder.join(name));
-    let mut log = mcap::Writer::new(Cursor::new(Vec::new())).expect("starts");
+    let mut log = mcap::Writer::new(Cursor::new(Vec::new()))?;
     for (id, topic) in [(7, "/camera/image"), (9, "/joint_states")] {
-        log.add_channel_with_id(id, 0, topic, "json", &Default::default())
-            .expect("adds");
+        log.add_channel_with_id(id, 0, topic, "json", &Default::default())?;
         publish(&mut log, id, 0, 0, b"{}");
     }
     let attached = mcap::Attachment {
@@ -374,30 +377,31 @@ fn a_sound_log_of_others_is_not_an_empty_table() {
         media_type: "text/plain".to_owned(),
         data: b"cold".into(),
     };
-    log.attach(&attached).expect("attaches");
-    fs::write(&path, closed(log)).expect("writes");
+    log.attach(&attached)?;
+    fs::write(&path, closed(log))?;
     let error = export_csv(&path, &table, false).expect_err("has no ticks");
     assert!(matches!(error, RecordError::NoTicks { .. }), "{error:?}");
     let text = error.to_string();
     assert_says(&text, "/camera/image, /joint_states");
     // A copy of it lacks them, and that is said.
-    let files = folder.read_dir().expect("lists");
+    let files = folder.read_dir()?;
     assert_eq!(files.count(), 1, "no table");
-    let saved = recover(&path, &table, false).expect("saves");
+    let saved = recover(&path, &table, false)?;
     let words = &saved.missing[0];
     assert!(
         !saved.complete && words.starts_with("3 messages on topics"),
         "{words}"
     );
-    let summary = inspect(&path).expect("inspects");
+    let summary = inspect(&path)?;
     assert!(summary.complete && summary.foreign_messages == 3);
     let topics = summary.foreign_topics.keys();
     assert!(topics.eq([ATTACHMENTS, "/camera/image", "/joint_states"]));
+    Ok(())
 }
 
 /// Every message has its time, read or not: Python writes `NaN`, which is not JSON.
 #[test]
-fn times_count_from_the_first_message_though_it_is_no_number() {
+fn times_count_from_the_first_message_though_it_is_no_number() -> Tested {
     let folder = Folder::empty();
     let path = folder.join("theirs.mcap");
     for (first, rows) in [
@@ -406,15 +410,14 @@ fn times_count_from_the_first_message_though_it_is_no_number() {
         ("{\"x\": \"warm\"}", 3),
         ("{\"x\": 0}", 3),
     ] {
-        let mut log = mcap::Writer::new(Cursor::new(Vec::new())).expect("starts");
-        log.add_channel_with_id(7, 0, "/grip_force", "json", &Default::default())
-            .expect("adds");
+        let mut log = mcap::Writer::new(Cursor::new(Vec::new()))?;
+        log.add_channel_with_id(7, 0, "/grip_force", "json", &Default::default())?;
         for (n, text) in [first, "{\"x\": 1}", "{\"x\": 2}"].into_iter().enumerate() {
             let time = 5_000_000_000 + 10_000_000 * n as u64;
             publish(&mut log, 7, n as u32, time, text.as_bytes());
         }
-        fs::write(&path, closed(log)).expect("writes");
-        let topic = Topic::read(&path, &[]).expect("reads");
+        fs::write(&path, closed(log))?;
+        let topic = Topic::read(&path, &[])?;
         let times = [0.0, 0.01, 0.02];
         let (name, column) = &topic.columns[0];
         assert_eq!(
@@ -424,6 +427,7 @@ fn times_count_from_the_first_message_though_it_is_no_number() {
         );
         assert_eq!(topic.notes.len(), 3 - rows, "{first}: {:?}", topic.notes);
     }
+    Ok(())
 }
 
 /// A log of so many chunks that say to unpack to so many bytes, with something behind their records.

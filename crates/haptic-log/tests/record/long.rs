@@ -9,11 +9,11 @@ use std::{
     fs,
     path::{Path, PathBuf},
 };
-use testkit::Folder;
+use testkit::{Folder, Tested};
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_very_long_log_has_an_index_of_all_of_it() {
+fn a_very_long_log_has_an_index_of_all_of_it() -> Tested {
     // A tick in each 100 ms is a chunk each; the library keeps the index of 65 536 of them.
     let ticks = 150_000;
     let chunked = |number: u64| TickMessage {
@@ -22,21 +22,17 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
     };
     let folder = Folder::empty();
     let path = folder.join("long.mcap");
-    let mut writer = LogWriter::create(&path).expect("creates");
-    writer.starts_at(noon()).expect("dates");
-    writer
-        .metadata("experiment", parameters())
-        .expect("describes");
+    let mut writer = LogWriter::create(&path)?;
+    writer.starts_at(noon())?;
+    writer.metadata("experiment", parameters())?;
     (0..ticks).for_each(|n| writer.tick(&chunked(n)).expect("writes"));
-    writer.finish().expect("finishes");
+    writer.finish()?;
 
-    let summary = inspect(&path).expect("inspects");
+    let summary = inspect(&path)?;
     assert!(summary.complete && summary.gaps.is_empty(), "{summary:?}");
     assert_eq!((summary.samples, summary.out_of_order), (ticks, 0));
-    let bytes = fs::read(&path).expect("reads");
-    let found = mcap::Summary::read(&bytes)
-        .expect("is MCAP")
-        .expect("is there");
+    let bytes = fs::read(&path)?;
+    let found = mcap::Summary::read(&bytes)?.expect("is there");
     let stats = found.stats.as_ref().expect("are there");
     assert_eq!((stats.message_count, stats.metadata_count), (ticks, 2));
     // 65 536 chunks of 100 ms, 32 768 of 200 ms, and the rest of 400 ms; the event channel stands in one of its own.
@@ -46,7 +42,7 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
     // Any tick is found by its time, and every one by the chunk that the index names.
     let mut sequences = Vec::new();
     for chunk in &found.chunk_indexes {
-        let messages = found.stream_chunk(&bytes, chunk).expect("is a chunk");
+        let messages = found.stream_chunk(&bytes, chunk)?;
         sequences.extend(messages.map(|message| message.expect("is whole").sequence));
     }
     assert!(sequences.into_iter().eq(0..ticks as u32));
@@ -56,13 +52,14 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
     let chunk = chunks(&bytes)[80_000].clone();
     let mut damaged = bytes;
     damaged[chunk.end - chunk.len() / 4] ^= 0x40;
-    fs::write(&path, damaged).expect("writes");
-    let summary = inspect(&path).expect("inspects");
+    fs::write(&path, damaged)?;
+    let summary = inspect(&path)?;
     assert!(
         !summary.complete && summary.samples >= ticks - 2,
         "{}",
         summary.samples
     );
+    Ok(())
 }
 
 /// The file has an index, metadata and date by itself.
@@ -89,7 +86,7 @@ fn assert_missed(files: usize, ticks: u64, name: impl Fn(usize) -> PathBuf) {
 }
 
 #[test]
-fn a_log_in_several_files_reads_as_one() {
+fn a_log_in_several_files_reads_as_one() -> Tested {
     let folder = Folder::empty();
     let name = |number: usize| match number {
         1 => folder.join("run.mcap"),
@@ -112,7 +109,7 @@ fn a_log_in_several_files_reads_as_one() {
         (expected.clone(), ticks)
     );
     for (n, path) in expected.iter().enumerate() {
-        let bytes = fs::metadata(path).expect("is there").len();
+        let bytes = fs::metadata(path)?.len();
         // A chunk more than full at most, and the index.
         assert!(bytes < ROLL_LEAST + ROLL_LEAST / 5, "{bytes}");
         assert!(bytes > ROLL_LEAST || n + 1 == files, "{bytes}");
@@ -123,7 +120,7 @@ fn a_log_in_several_files_reads_as_one() {
         ticks_of(&entries.collect::<Result<Vec<_>, _>>().expect("reads"))
     };
     assert!(all(&name(1)) == (0..ticks).map(tick).collect::<Vec<_>>());
-    let summary = inspect(&name(1)).expect("inspects");
+    let summary = inspect(&name(1))?;
     assert!(summary.complete && summary.gaps.is_empty());
     assert_eq!((summary.samples, summary.last_s), (ticks, Some(59.999)));
     let named = summary.metadata.iter().map(|record| record.name.as_str());
@@ -132,7 +129,7 @@ fn a_log_in_several_files_reads_as_one() {
     assert_missed(files, ticks, name);
     // Saved, all of it is one log.
     let saved = folder.join("saved.mcap");
-    let summary = recover(&name(1), &saved, false).expect("saves");
+    let summary = recover(&name(1), &saved, false)?;
     assert!(
         summary.complete && summary.missing.is_empty(),
         "{summary:?}"
@@ -142,25 +139,26 @@ fn a_log_in_several_files_reads_as_one() {
     // Nothing is written over one of its files.
     assert!(recover(&name(1), &name(2), true).is_err());
     assert!(export_csv(&name(1), &name(2), true).is_err());
-    fs::rename(name(2), folder.join("aside")).expect("moves");
-    let summary = recover(&name(1), &saved, true).expect("saves");
+    fs::rename(name(2), folder.join("aside"))?;
+    let summary = recover(&name(1), &saved, true)?;
     assert!(!summary.complete && summary.missing[0].contains("run-0002.mcap"));
-    fs::rename(folder.join("aside"), name(2)).expect("moves back");
-    fs::remove_file(saved).expect("removes");
+    fs::rename(folder.join("aside"), name(2))?;
+    fs::remove_file(saved)?;
     // The file that was being written when the process died is `.part`.
     let part = folder.join(format!("run-{files:04}.mcap.part"));
-    let bytes = fs::read(name(files)).expect("reads");
-    fs::write(&part, &bytes[..bytes.len() / 2]).expect("writes");
-    fs::remove_file(name(files)).expect("removes");
-    let summary = inspect(&name(1)).expect("inspects");
+    let bytes = fs::read(name(files))?;
+    fs::write(&part, &bytes[..bytes.len() / 2])?;
+    fs::remove_file(name(files))?;
+    let summary = inspect(&name(1))?;
     assert!(!summary.complete && summary.gaps.is_empty());
-    fs::remove_file(part).expect("removes");
+    fs::remove_file(part)?;
 
     // A shorter log that takes the place of this leaves none of its files.
     let finished = write(10, true);
     assert_eq!(finished.paths, [name(1)]);
-    assert_eq!(inspect(&name(1)).expect("inspects").samples, 10);
-    assert_eq!(folder.read_dir().expect("lists").count(), 1);
+    assert_eq!(inspect(&name(1))?.samples, 10);
+    assert_eq!(folder.read_dir()?.count(), 1);
+    Ok(())
 }
 
 /// A log of so many ticks in files of 1 MB; `dies` at its last tick.
@@ -188,13 +186,13 @@ fn a_run_that_dies_over_an_older_one_is_not_continued_by_it() {
 }
 
 #[test]
-fn files_of_another_run_are_not_read_as_one_with_these() {
+fn files_of_another_run_are_not_read_as_one_with_these() -> Tested {
     let folder = Folder::empty();
     let name = |name: &str| folder.join(name);
     rolled(&name("run.mcap"), 40_000, false, false);
     rolled(&name("other.mcap"), 40_000, false, false);
-    fs::copy(name("other-0002.mcap"), name("run-0002.mcap")).expect("copies");
-    let mut files = LogFiles::open(&name("run.mcap")).expect("opens");
+    fs::copy(name("other-0002.mcap"), name("run-0002.mcap"))?;
+    let mut files = LogFiles::open(&name("run.mcap"))?;
     let ticks = files
         .by_ref()
         .filter(|entry| matches!(entry, Ok(Entry::Tick(_))))
@@ -206,8 +204,9 @@ fn files_of_another_run_are_not_read_as_one_with_these() {
         !condition.complete && condition.damage.iter().any(other),
         "{condition:?}"
     );
-    let kept = recover(&name("run.mcap"), &name("saved.mcap"), false).expect("saves");
+    let kept = recover(&name("run.mcap"), &name("saved.mcap"), false)?;
     assert_eq!((kept.samples, kept.complete), (ticks as u64, false));
+    Ok(())
 }
 
 /// A log of so many ticks that goes on in a file of this name.

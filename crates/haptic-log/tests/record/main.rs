@@ -19,7 +19,7 @@ use std::{
     path::{Path, PathBuf},
     time::{Duration, UNIX_EPOCH},
 };
-use testkit::{Folder, assert_refused, assert_says};
+use testkit::{Folder, Tested, assert_refused, assert_says};
 
 /// 1 kHz, as in the main job.
 const TICK_S: f64 = 1e-3;
@@ -165,35 +165,36 @@ fn finished(path: &Path, ticks: u64) {
 }
 
 #[test]
-fn twenty_thousand_ticks_come_back_identical() {
+fn twenty_thousand_ticks_come_back_identical() -> Tested {
     let folder = Folder::empty();
     let path = folder.join("run.mcap");
-    let mut writer = LogWriter::create(&path).expect("creates");
-    fill(&mut writer, 20_000).expect("fills");
+    let mut writer = LogWriter::create(&path)?;
+    fill(&mut writer, 20_000)?;
     assert!(!path.exists(), "an unfinished log has no name yet");
-    let finished = writer.finish().expect("finishes");
+    let finished = writer.finish()?;
     assert_eq!(
         (finished.path.as_path(), finished.samples),
         (path.as_path(), 20_000)
     );
-    assert_eq!(finished.bytes, fs::metadata(&path).expect("exists").len());
-    assert_eq!(folder.read_dir().expect("lists").count(), 1);
+    assert_eq!(finished.bytes, fs::metadata(&path)?.len());
+    assert_eq!(folder.read_dir()?.count(), 1);
 
-    let mut reader = LogReader::open(&path).expect("opens");
-    let entries: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>().expect("reads");
+    let mut reader = LogReader::open(&path)?;
+    let entries: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>()?;
     assert!(reader.condition().complete, "{:?}", reader.condition());
     let expected: Vec<TickMessage> = (0..20_000).map(tick).collect();
     assert!(ticks_of(&entries) == expected, "ticks differ");
     assert!(entries.contains(&Entry::Event(event(10.0))));
     assert!(matches!(&entries[0], Entry::Metadata(record) if record.values == parameters()));
+    Ok(())
 }
 
 #[test]
-fn a_log_without_samples_is_complete_and_empty() {
+fn a_log_without_samples_is_complete_and_empty() -> Tested {
     let folder = Folder::empty();
     let path = folder.join("empty.mcap");
     log_of(&path, []);
-    let summary = inspect(&path).expect("inspects");
+    let summary = inspect(&path)?;
     assert!(summary.complete);
     assert_eq!(
         (summary.samples, summary.first_s, summary.last_s),
@@ -201,9 +202,10 @@ fn a_log_without_samples_is_complete_and_empty() {
     );
 
     let csv = folder.join("empty.csv");
-    assert_eq!(export_csv(&path, &csv, false).expect("exports").rows, 0);
-    let text = fs::read_to_string(&csv).expect("reads");
+    assert_eq!(export_csv(&path, &csv, false)?.rows, 0);
+    let text = fs::read_to_string(&csv)?;
     assert!(text.starts_with("tick,time_s,reference_m,") && text.lines().count() == 1);
+    Ok(())
 }
 
 #[test]
@@ -227,7 +229,7 @@ fn missing_ticks_are_found_by_their_numbers() {
 
 /// Run that made 1000 of 2000 ticks; what is saved of it lacks the same.
 #[test]
-fn ticks_missing_before_the_first_and_after_the_last_are_counted() {
+fn ticks_missing_before_the_first_and_after_the_last_are_counted() -> Tested {
     let folder = Folder::empty();
     let (path, saved) = (folder.join("made.mcap"), folder.join("saved.mcap"));
     for (lost, [start, between, end]) in [
@@ -238,9 +240,9 @@ fn ticks_missing_before_the_first_and_after_the_last_are_counted() {
     ] {
         let _ = fs::remove_file(&path);
         let missing = start + between + end;
-        let mut writer = LogWriter::create(&path).expect("creates");
+        let mut writer = LogWriter::create(&path)?;
         for number in (0..1000).filter(|tick| !lost.iter().any(|lost| lost.contains(tick))) {
-            writer.tick(&tick(number)).expect("tick");
+            writer.tick(&tick(number))?;
         }
         let run = RunEnd {
             ended: EndKind::Interrupted,
@@ -249,12 +251,12 @@ fn ticks_missing_before_the_first_and_after_the_last_are_counted() {
             made_samples: 1000,
             dropped_samples: missing,
         };
-        writer.metadata(END, run.metadata()).expect("metadata");
-        writer.finish().expect("finishes");
-        let recovered = recover(&path, &saved, true).expect("recovers");
+        writer.metadata(END, run.metadata())?;
+        writer.finish()?;
+        let recovered = recover(&path, &saved, true)?;
         assert_eq!(recovered.missing_at_ends, [start, end]);
         for log in [&path, &saved] {
-            let summary = inspect(log).expect("inspects");
+            let summary = inspect(log)?;
             let counted = [
                 summary.missing_at_start,
                 summary.missing_at_end,
@@ -263,6 +265,7 @@ fn ticks_missing_before_the_first_and_after_the_last_are_counted() {
             assert_eq!(counted, [start, end, missing]);
         }
     }
+    Ok(())
 }
 
 #[test]
@@ -285,12 +288,12 @@ fn what_is_not_mcap_is_refused_by_name() {
 }
 
 #[test]
-fn nothing_that_exists_is_overwritten() {
+fn nothing_that_exists_is_overwritten() -> Tested {
     let folder = Folder::empty();
     let log = folder.join("run.mcap");
     finished(&log, 10);
     let taken = folder.join("taken");
-    fs::write(&taken, "precious").expect("writes");
+    fs::write(&taken, "precious")?;
     let errors = [
         LogWriter::create(&taken).map(drop).expect_err("refuses"),
         recover(&log, &taken, false).map(drop).expect_err("refuses"),
@@ -304,8 +307,9 @@ fn nothing_that_exists_is_overwritten() {
             "{error:?}"
         );
     }
-    assert_eq!(fs::read_to_string(&taken).expect("reads"), "precious");
-    assert_eq!(folder.read_dir().expect("lists").count(), 2);
+    assert_eq!(fs::read_to_string(&taken)?, "precious");
+    assert_eq!(folder.read_dir()?.count(), 2);
+    Ok(())
 }
 
 #[test]
@@ -329,24 +333,24 @@ fn noon() -> StartTime {
 }
 
 #[test]
-fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() {
+fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() -> Tested {
     let folder = Folder::empty();
     let [dated, undated, saved, cut] =
         ["dated", "undated", "saved", "cut"].map(|name| folder.join(name));
     for (path, start) in [(&dated, Some(noon())), (&undated, None)] {
-        let mut writer = LogWriter::create(path).expect("creates");
+        let mut writer = LogWriter::create(path)?;
         if let Some(start) = start {
-            writer.starts_at(start).expect("dates");
+            writer.starts_at(start)?;
         }
-        fill(&mut writer, 300).expect("fills");
-        writer.finish().expect("finishes");
+        fill(&mut writer, 300)?;
+        writer.finish()?;
     }
     let expected = Some("2026-11-20T12:31:49.000000001Z".to_owned());
-    let summary = inspect(&dated).expect("inspects");
+    let summary = inspect(&dated)?;
     assert_eq!(summary.started_utc, expected);
     assert_eq!((summary.first_s, summary.last_s), (Some(0.0), Some(0.299)));
     // It begins in 1970, which is no date.
-    assert_eq!(inspect(&undated).expect("inspects").started_utc, None);
+    assert_eq!(inspect(&undated)?.started_utc, None);
 
     // Log times themselves, by the MCAP library: start plus device time, to the nanosecond.
     let times = |path: &Path| -> Vec<u64> {
@@ -363,32 +367,34 @@ fn log_times_are_wall_clock_and_read_back_as_seconds_from_the_start() {
     let expected_ns = (0..300).map(|n| 1_795_177_909_000_000_001 + n * 1_000_000);
     assert_eq!(whole, expected_ns.collect::<Vec<_>>());
     // What is saved of a cut log keeps its date.
-    let bytes = fs::read(&dated).expect("reads");
-    fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).expect("writes");
-    let samples = recover(&cut, &saved, false).expect("recovers").samples;
+    let bytes = fs::read(&dated)?;
+    fs::write(&cut, &bytes[..bytes.len() * 2 / 3])?;
+    let samples = recover(&cut, &saved, false)?.samples;
     assert!((100..300).contains(&samples), "{samples}");
-    assert_eq!(inspect(&saved).expect("inspects").started_utc, expected);
+    assert_eq!(inspect(&saved)?.started_utc, expected);
     assert_eq!(times(&saved), whole[..samples as usize]);
+    Ok(())
 }
 
 #[test]
-fn the_csv_has_every_digit_of_every_axis() {
+fn the_csv_has_every_digit_of_every_axis() -> Tested {
     let folder = Folder::empty();
     for axes in 1..=3 {
         let [log, csv] = ["mcap", "csv"].map(|end| folder.join(format!("run{axes}.{end}")));
         log_of(&log, (0..1_000).map(|n| tick_of(axes, n)));
-        let summary = export_csv(&log, &csv, false).expect("exports");
+        let summary = export_csv(&log, &csv, false)?;
         assert_eq!((summary.rows, summary.condition.complete), (1_000, true));
         let columns = TickMessage::columns(axes);
-        let mut table = csv::Reader::from_path(&csv).expect("opens");
+        let mut table = csv::Reader::from_path(&csv)?;
         let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-        assert_eq!(table.headers().expect("has one"), names);
+        assert_eq!(table.headers()?, names);
         for (n, row) in table.deserialize::<Vec<f64>>().enumerate() {
             let tick = tick_of(axes, n as u64);
             let numbers = columns.iter().map(|column| column.value(&tick).to_f64());
-            assert_eq!(row.expect("parses"), numbers.collect::<Vec<_>>());
+            assert_eq!(row?, numbers.collect::<Vec<_>>());
         }
     }
+    Ok(())
 }
 
 /// The reference readers of MCAP and ROS 2 messages understand the log as it was meant.
@@ -401,26 +407,27 @@ fn foreign_readers_agree_with_the_csv_on_every_value() {
 }
 
 #[test]
-fn a_cut_log_of_several_axes_is_counted_and_saved() {
+fn a_cut_log_of_several_axes_is_counted_and_saved() -> Tested {
     let folder = Folder::empty();
     let path = |name: &str| folder.join(name);
-    let mut writer = LogWriter::create(&path("run.mcap")).expect("creates");
+    let mut writer = LogWriter::create(&path("run.mcap"))?;
     for n in (0..500).filter(|n| *n != 250) {
-        writer.tick(&tick_of(3, n)).expect("takes");
+        writer.tick(&tick_of(3, n))?;
     }
     assert_refused(writer.tick(&tick(500)), "same number of axes");
-    writer.finish().expect("finishes");
-    let summary = inspect(&path("run.mcap")).expect("reads");
+    writer.finish()?;
+    let summary = inspect(&path("run.mcap"))?;
     assert_eq!((summary.samples, summary.gaps.len()), (499, 1));
     assert_eq!(summary.foreign_messages, 0);
 
-    let bytes = fs::read(path("run.mcap")).expect("reads");
-    fs::write(path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("writes");
-    let saved = recover(&path("cut.mcap"), &path("saved.mcap"), false).expect("saves");
+    let bytes = fs::read(path("run.mcap"))?;
+    fs::write(path("cut.mcap"), &bytes[..bytes.len() / 2])?;
+    let saved = recover(&path("cut.mcap"), &path("saved.mcap"), false)?;
     assert!(saved.samples > 100 && !saved.complete);
     let [all, kept] = ["run.mcap", "saved.mcap"].map(|log| ticks_in(&path(log)));
     assert_eq!(kept.len() as u64, saved.samples);
     assert_eq!(all[..kept.len()], kept);
+    Ok(())
 }
 
 fn foreign_readers_agree(

@@ -4,7 +4,7 @@ use super::{TICK_S, end};
 use haptic_log::record::{Entry, LogFiles, LogWriter, RollingLog, export_csv, inspect, recover};
 use haptic_message::{DRIVE_END, END, TickMessage};
 use std::{fs::File, io::BufWriter, ops::Range, path::Path};
-use testkit::Folder;
+use testkit::{Folder, Tested};
 
 const TICKS: u64 = 1000;
 
@@ -39,13 +39,13 @@ fn begun(path: &Path, lost: &Range<u64>) -> LogWriter<BufWriter<File>> {
 }
 
 #[test]
-fn ticks_of_both_devices_come_back_and_a_table_has_those_of_the_first() {
+fn ticks_of_both_devices_come_back_and_a_table_has_those_of_the_first() -> Tested {
     let folder = Folder::empty();
     let path = folder.join("pair.mcap");
-    begun(&path, &(0..0)).finish().expect("finishes");
+    begun(&path, &(0..0)).finish()?;
     let (mut first, mut drive) = (0, 0);
-    for entry in LogFiles::open(&path).expect("opens") {
-        match entry.expect("reads") {
+    for entry in LogFiles::open(&path)? {
+        match entry? {
             Entry::Tick(message) => {
                 assert_eq!(message, tick(first));
                 first += 1;
@@ -58,16 +58,17 @@ fn ticks_of_both_devices_come_back_and_a_table_has_those_of_the_first() {
         }
     }
     assert_eq!((first, drive), (TICKS, TICKS));
-    let summary = inspect(&path).expect("reads");
+    let summary = inspect(&path)?;
     assert_eq!(summary.drive_samples, Some(TICKS));
     assert!(summary.complete && summary.reasons().is_empty());
     let table = folder.join("pair.csv");
-    let exported = export_csv(&path, &table, false).expect("exports");
+    let exported = export_csv(&path, &table, false)?;
     assert_eq!(exported.rows, TICKS);
+    Ok(())
 }
 
 #[test]
-fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
+fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() -> Tested {
     let folder = Folder::empty();
     for (n, (lost, made, missing)) in [
         (400..407, TICKS, 7),
@@ -79,14 +80,10 @@ fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
     {
         let path = folder.join(format!("{n}.mcap"));
         let mut writer = begun(&path, &lost);
-        writer
-            .metadata(END, end(TICKS, TICKS).metadata())
-            .expect("takes");
-        writer
-            .metadata(DRIVE_END, end(TICKS, made).metadata())
-            .expect("takes");
-        writer.finish().expect("finishes");
-        let summary = inspect(&path).expect("reads");
+        writer.metadata(END, end(TICKS, TICKS).metadata())?;
+        writer.metadata(DRIVE_END, end(TICKS, made).metadata())?;
+        writer.finish()?;
+        let summary = inspect(&path)?;
         assert_eq!(summary.missing_samples, 0);
         assert_eq!(summary.drive_missing_samples, Some(missing));
         assert_eq!(
@@ -95,39 +92,41 @@ fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
         );
         // A copy says it too.
         let saved = recover(&path, &folder.join(format!("{n}-saved.mcap")), false);
-        let saved = saved.expect("recovers");
+        let saved = saved?;
         assert!(!saved.complete, "{saved:?}");
         let words = format!("{missing} ticks of the drive are missing");
         assert!(saved.missing.contains(&words), "{saved:?}");
     }
+    Ok(())
 }
 
 #[test]
-fn a_cut_log_keeps_both_devices_and_a_log_in_files_announces_both_in_each() {
+fn a_cut_log_keeps_both_devices_and_a_log_in_files_announces_both_in_each() -> Tested {
     let folder = Folder::empty();
     let path = folder.join("cut.mcap");
     drop(begun(&path, &(0..0)));
     let saved = folder.join("saved.mcap");
-    recover(&folder.join("cut.mcap.part"), &saved, false).expect("recovers");
-    let summary = inspect(&saved).expect("reads");
+    recover(&folder.join("cut.mcap.part"), &saved, false)?;
+    let summary = inspect(&saved)?;
     assert_eq!(
         (summary.samples, summary.drive_samples),
         (TICKS, Some(TICKS))
     );
 
     let first = folder.join("day.mcap");
-    let mut log = RollingLog::create(&first, [].into(), false).expect("creates");
+    let mut log = RollingLog::create(&first, [].into(), false)?;
     log.roll_at(0);
     let ticks = 15 * TICKS;
     for number in 0..ticks {
-        log.tick(&tick(number)).expect("takes");
-        log.drive_tick(&driven(number)).expect("takes");
+        log.tick(&tick(number))?;
+        log.drive_tick(&driven(number))?;
     }
-    assert!(log.finish().expect("finishes").paths.len() > 1);
-    let summary = inspect(&first).expect("reads");
+    assert!(log.finish()?.paths.len() > 1);
+    let summary = inspect(&first)?;
     assert_eq!(
         (summary.samples, summary.drive_samples),
         (ticks, Some(ticks))
     );
     assert!(summary.foreign_topics.is_empty() && summary.reasons().is_empty());
+    Ok(())
 }

@@ -10,7 +10,7 @@ use std::{
     io::Cursor,
     path::{Path, PathBuf},
 };
-use testkit::{Folder, assert_says};
+use testkit::{Folder, Tested, assert_says};
 
 /// Fields of other types before, between and behind ours, in another order; the type of one is defined further down.
 const FIELDS: &str = "string<=12 name  # of the hand\nuint8 COLD=3\nint16 temperature_c\n\nfloat32[2] wrist_rad\n\
@@ -82,7 +82,7 @@ fn shown(ticks: &[TickMessage]) -> Vec<String> {
 }
 
 #[test]
-fn fields_are_found_by_their_names_and_what_is_not_there_is_no_number() {
+fn fields_are_found_by_their_names_and_what_is_not_there_is_no_number() -> Tested {
     let expected: Vec<TickMessage> = (0..40)
         .map(|tick| {
             let x = tick as f64;
@@ -99,13 +99,14 @@ fn fields_are_found_by_their_names_and_what_is_not_there_is_no_number() {
         .collect();
     let folder = Folder::empty();
     let [path, saved] = ["a.mcap", "b.mcap"].map(|name| folder.join(name));
-    fs::write(&path, log_of((0..40).map(message))).expect("writes");
+    fs::write(&path, log_of((0..40).map(message)))?;
     assert_eq!(shown(&ticks_in(&path)), shown(&expected));
-    let summary = inspect(&path).expect("inspects");
+    let summary = inspect(&path)?;
     assert!(summary.complete && summary.gaps.is_empty(), "{summary:?}");
-    let kept = recover(&path, &saved, false).expect("saves");
+    let kept = recover(&path, &saved, false)?;
     assert!(kept.complete && kept.samples == 40, "{kept:?}");
     assert_eq!(shown(&ticks_in(&saved)), shown(&expected));
+    Ok(())
 }
 
 #[test]

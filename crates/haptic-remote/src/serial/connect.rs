@@ -10,7 +10,7 @@ use super::{
     stopping::{is_set, sleep, spawn, unless_stopped},
 };
 use crate::{
-    Conversation, Incoming, LinkError, Patience, abilities, check_keys, impossible::Plausible,
+    Conversation, Incoming, LinkError, Patience, abilities, check_keys, plausible::Plausible,
 };
 use haptic_link::{Capabilities, DeviceReport, FRAME_MAX, Hello, Request, Sample, State, Status};
 use haptic_loop::realtime::Moment;

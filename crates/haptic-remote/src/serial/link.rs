@@ -9,8 +9,8 @@ use super::{
     tcp::tcp_address,
 };
 use crate::{
-    Conversation, HostCounters, Incoming, LinkError, Patience, impossible::Plausible,
-    newtons::ForceFactors,
+    Conversation, HostCounters, Incoming, LinkError, Patience, newtons::ForceFactors,
+    plausible::Plausible,
 };
 use haptic_link::{
     AXES_MAX, Capabilities, DeviceReport, Event, FRAME_MAX, FaultReport, Hello, Request, Sample,

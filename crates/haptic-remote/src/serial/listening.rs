@@ -325,6 +325,7 @@ impl Line for Listening {
 mod tests {
     use super::*;
     use std::vec::Vec;
+    use testkit::Tested;
 
     /// Reads until a host has said something.
     fn heard(device: &mut dyn Line) -> Vec<u8> {
@@ -357,11 +358,11 @@ mod tests {
     }
 
     #[test]
-    fn whoever_has_not_greeted_keeps_nobody_out() {
+    fn whoever_has_not_greeted_keeps_nobody_out() -> Tested {
         // A host that never falls silent, so that nothing here is a matter of time.
         let (mut device, address) = door(Greeting::Hello, Duration::MAX);
         let come = || TcpStream::connect(address).expect("listens");
-        device.set_patience(Duration::ZERO).expect("it can");
+        device.set_patience(Duration::ZERO)?;
         let mut strangers = Vec::new();
         for _ in 0..150 {
             strangers.push(come());
@@ -370,37 +371,36 @@ mod tests {
             assert_eq!(nothing.kind(), ErrorKind::TimedOut);
         }
         for stranger in strangers.iter_mut().step_by(3) {
-            stranger
-                .write_all(b"GET / HTTP/1.1\r\n\r\n")
-                .expect("takes it");
+            stranger.write_all(b"GET / HTTP/1.1\r\n\r\n")?;
         }
         // One is cut off in its greeting, and one says too much.
-        strangers[148].write_all(&hello(1)[..5]).expect("takes it");
+        strangers[148].write_all(&hello(1)[..5])?;
         let much = [7; GREETING_MOST];
-        strangers[149].write_all(&much).expect("takes it");
+        strangers[149].write_all(&much)?;
         let mut host = come();
-        host.write_all(&hello(2)).expect("takes it");
+        host.write_all(&hello(2))?;
         assert_eq!(heard(&mut device), hello(2));
         // Those of them that are left, and who comes now, do not disturb it.
         let words = b"and then";
         let _late = come();
-        host.write_all(words).expect("takes it");
+        host.write_all(words)?;
         assert_eq!(heard(&mut device), words);
-        device.write_all(b"hello").expect("it is there");
+        device.write_all(b"hello")?;
         let mut bytes = [0; 5];
-        host.read_exact(&mut bytes).expect("comes");
+        host.read_exact(&mut bytes)?;
         assert_eq!(&bytes, b"hello");
+        Ok(())
     }
 
     #[test]
-    fn a_host_that_has_vanished_gives_way_and_one_that_speaks_does_not() {
+    fn a_host_that_has_vanished_gives_way_and_one_that_speaks_does_not() -> Tested {
         for (silence, let_in) in [(Duration::ZERO, true), (Duration::MAX, false)] {
             let (mut device, address) = door(Greeting::Anything, silence);
-            let mut first = TcpStream::connect(address).expect("listens");
-            first.write_all(b"first").expect("takes it");
+            let mut first = TcpStream::connect(address)?;
+            first.write_all(b"first")?;
             assert_eq!(heard(&mut device), b"first");
-            let mut second = TcpStream::connect(address).expect("listens");
-            second.write_all(b"second").expect("takes it");
+            let mut second = TcpStream::connect(address)?;
+            second.write_all(b"second")?;
             let mut received = Vec::new();
             if let_in {
                 assert_eq!(heard(&mut device), b"second");
@@ -409,24 +409,22 @@ mod tests {
                         .read_to_end(&mut received)
                         .is_ok_and(|count| count == 0)
                 );
-                device.write_all(b"hello").expect("it is there");
+                device.write_all(b"hello")?;
                 let mut bytes = [0; 5];
-                second.read_exact(&mut bytes).expect("comes");
+                second.read_exact(&mut bytes)?;
                 assert_eq!(&bytes, b"hello");
             } else {
                 let reader =
                     std::thread::spawn(move || second.read_to_end(&mut received).map(|_| received));
                 while !reader.is_finished() {
-                    first.write_all(b"x").expect("takes it");
+                    first.write_all(b"x")?;
                     let _ = device.read(&mut [0; 8]);
                 }
-                let received = reader
-                    .join()
-                    .expect("no panic")
-                    .expect("no reset before the words");
-                let first = first.local_addr().expect("bound");
+                let received = reader.join().expect("no panic")?;
+                let first = first.local_addr()?;
                 assert_eq!(received, format!("busy: it serves {first}\n").as_bytes());
             }
         }
+        Ok(())
     }
 }

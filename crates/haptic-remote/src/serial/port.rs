@@ -254,6 +254,7 @@ pub fn latency_file(path: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use testkit::Tested;
 
     fn port(path: &str, serial_number: Option<&str>) -> PortInfo {
         PortInfo {
@@ -286,17 +287,18 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn the_latency_timer_is_looked_up_behind_links() {
+    fn the_latency_timer_is_looked_up_behind_links() -> Tested {
         let folder = std::env::temp_dir().join(format!("by-id-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a folder");
-        std::fs::write(folder.join("ttyUSB7"), "").expect("stands for a port");
+        std::fs::create_dir_all(&folder)?;
+        std::fs::write(folder.join("ttyUSB7"), "")?;
         for (to, link) in [("ttyUSB7", "usb-FTDI-if00"), ("usb-FTDI-if00", "haptics")] {
-            std::os::unix::fs::symlink(to, folder.join(link)).expect("a link");
+            std::os::unix::fs::symlink(to, folder.join(link))?;
             let path = folder.join(link);
             let file = latency_file(path.to_str().expect("text"));
             let expected = "/sys/bus/usb-serial/devices/ttyUSB7/latency_timer";
             assert_eq!(file.as_deref(), Some(expected), "{link}");
         }
-        std::fs::remove_dir_all(&folder).expect("goes");
+        std::fs::remove_dir_all(&folder)?;
+        Ok(())
     }
 }

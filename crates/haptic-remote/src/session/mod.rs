@@ -20,6 +20,26 @@ use haptic_link::{
 #[cfg(feature = "several-axes")]
 use haptic_link::{SurfaceShape, WorkspaceBox};
 
+/// A [`TickSide`] of D axes that is lent to one user at a time.
+pub trait Side<const D: usize>:
+    Exclusive<Value = TickSide<<Self as Side<D>>::Board, D, <Self as Side<D>>::Kept>>
+{
+    /// The board that ticks.
+    type Board: Hardware<D>;
+    /// Its records, or where they are.
+    type Kept: BorrowMut<Records<D>>;
+}
+
+impl<E, H, const D: usize, R> Side<D> for E
+where
+    E: Exclusive<Value = TickSide<H, D, R>>,
+    H: Hardware<D>,
+    R: BorrowMut<Records<D>>,
+{
+    type Board = H;
+    type Kept = R;
+}
+
 /// Takes bytes from the host, acts on them, and makes the bytes to send.
 ///
 /// - *Damaged, repeated and late frames, and frames of other connections,* are counted and not
@@ -122,11 +142,11 @@ impl DeviceSession {
 
     /// Takes a byte. If it ends a request, acts on it, writes the answer's frame into `line`, of
     /// [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes, and returns its length; else 0.
-    pub fn receive<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    pub fn receive<const D: usize>(
         &mut self,
         byte: u8,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
         line: &mut [u8],
     ) -> usize {
         let Some((header, request)) = self.take(byte) else {
@@ -140,12 +160,12 @@ impl DeviceSession {
 
     /// Acts on a request and returns its answer, if it has one: [`receive`](Self::receive) where frames are decoded and
     /// encoded elsewhere, so that a thread that ticks spends no time on bytes.
-    pub fn respond<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    pub fn respond<const D: usize>(
         &mut self,
         header: Header,
         request: Request,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Option<DeviceReport> {
         if let Request::Hello { nonce } = request {
             let told = device.with(|device| (device.status(), device.hardware().serial_number()));
@@ -183,10 +203,7 @@ impl DeviceSession {
     }
 
     /// A new connection has staged nothing and asked for no samples.
-    fn begin<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
-        &mut self,
-        device: &impl Exclusive<TickSide<H, D, R>>,
-    ) {
+    fn begin<const D: usize>(&mut self, device: &impl Side<D>) {
         if self.run_of == 0 {
             self.staged = None;
         }
@@ -196,11 +213,7 @@ impl DeviceSession {
 
     /// Writes the next unrequested frame into `line` and returns its length; 0 if no frame waits.
     #[inline(never)]
-    pub fn poll<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
-        &mut self,
-        device: &impl Exclusive<TickSide<H, D, R>>,
-        line: &mut [u8],
-    ) -> usize {
+    pub fn poll<const D: usize>(&mut self, device: &impl Side<D>, line: &mut [u8]) -> usize {
         match device.with(TickSide::next_report) {
             Some(report) => self.send(&report, line),
             None => 0,
@@ -215,12 +228,12 @@ impl DeviceSession {
         length
     }
 
-    fn act<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    fn act<const D: usize>(
         &mut self,
         header: Header,
         request: Request,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Option<DeviceReport> {
         let number = request.number();
         let owns = self.connections.is_owner();
@@ -245,11 +258,11 @@ impl DeviceSession {
     }
 
     #[inline(never)]
-    fn obey<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    fn obey<const D: usize>(
         &mut self,
         request: Request,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Result<(), Refusal> {
         let owns = self.connections.is_owner();
         match request {
@@ -305,21 +318,16 @@ impl DeviceSession {
     }
 
     /// The host that armed is there.
-    fn feed<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
-        &mut self,
-        now_us: u64,
-        is_force: bool,
-        device: &impl Exclusive<TickSide<H, D, R>>,
-    ) {
+    fn feed<const D: usize>(&mut self, now_us: u64, is_force: bool, device: &impl Side<D>) {
         self.fed = self.fed.wrapping_add(1);
         device.with(|device| device.heard(now_us, is_force));
     }
 
-    fn arm<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    fn arm<const D: usize>(
         &mut self,
         faults: u16,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Result<(), Refusal> {
         let owns = self.connections.is_owner();
         device.with(|device| {
@@ -364,12 +372,12 @@ fn ack(header: Header, request: u8, done: Result<(), Refusal>) -> DeviceReport {
 impl DeviceSession {
     /// The answer to a question; nothing if it is an order. On its own: an order needs the stack for other things.
     #[inline(never)]
-    fn answer<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    fn answer<const D: usize>(
         &self,
         header: Header,
         request: &Request,
         now_us: u64,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Option<DeviceReport> {
         let refused = |refusal| ack(header, request.number(), Err(refusal));
         Some(match *request {

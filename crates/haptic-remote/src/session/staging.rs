@@ -1,25 +1,25 @@
 //! Configurations on their way: staged piece by piece, checked, and put in force all at once.
 
-use super::DeviceSession;
+use super::{DeviceSession, Side};
 use crate::{
-    hardware::{Exclusive, Hardware},
+    hardware::Hardware,
     prepared::{COEFFICIENTS_MAX, Prepared, digest, prepare},
-    records::Records,
-    tick_side::TickSide,
 };
-use core::borrow::BorrowMut;
 #[cfg(feature = "controllers")]
 use haptic_link::ControllerLaw;
 use haptic_link::{COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Field, Refusal, Scope};
 #[cfg(feature = "several-axes")]
 use haptic_link::{SurfaceShape, WorkspaceBox};
 
+/// A configuration that is prepared for the board of S.
+type PreparedFor<S, const D: usize> = Prepared<<<S as Side<D>>::Board as Hardware<D>>::Setup>;
+
 impl DeviceSession {
     /// Begins to stage a configuration in the place of what was staged before.
-    pub(super) fn configure<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    pub(super) fn configure<const D: usize>(
         &mut self,
         configuration: Configuration,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Result<(), Refusal> {
         self.put_back(device)?;
         self.staged = Some(configuration);
@@ -38,10 +38,10 @@ impl DeviceSession {
 
     /// Stages a controller beside the configuration.
     #[cfg(feature = "controllers")]
-    pub(super) fn stage_controller<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    pub(super) fn stage_controller<const D: usize>(
         &mut self,
         law: ControllerLaw,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Result<(), Refusal> {
         self.staging()?;
         if device.with(|device| device.controller_cost()).is_none() {
@@ -105,11 +105,11 @@ impl DeviceSession {
         Ok(())
     }
 
-    pub(super) fn commit<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    pub(super) fn commit<const D: usize>(
         &mut self,
         digest: u32,
         scope: Scope,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Result<(), Refusal> {
         let in_force = device.with(|device| device.configuration().1);
         let for_run = scope == Scope::Run;
@@ -194,10 +194,10 @@ impl DeviceSession {
 
     /// Makes what is staged the configuration in force. On its own, so that only this needs room for what it prepares.
     #[inline(never)]
-    fn install<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    fn install<const D: usize>(
         &mut self,
         configuration: &Configuration,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Result<(), Refusal> {
         let values = used(configuration, &self.values);
         let mut prepared = prepared(configuration, values, device)?;
@@ -209,10 +209,10 @@ impl DeviceSession {
 
     /// Installs as [`install`](Self::install) does, for a run: keeps the set configuration in place of the staged one.
     #[inline(never)]
-    fn install_for_run<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    fn install_for_run<const D: usize>(
         &mut self,
         configuration: &Configuration,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Result<(), Refusal> {
         let set = device.with(|device| *device.configuration().0);
         not_looser(configuration, &set)?;
@@ -250,10 +250,10 @@ impl DeviceSession {
 
     /// Puts staged values in force, and those in force in their place. On its own: nothing else has to be copied.
     #[inline(never)]
-    fn exchange<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    fn exchange<const D: usize, S: Side<D>>(
         &mut self,
-        prepared: Prepared<H::Setup>,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        prepared: PreparedFor<S, D>,
+        device: &S,
     ) -> Result<(), Refusal> {
         let values = self.values;
         for (index, slot) in self.values.iter_mut().enumerate() {
@@ -267,9 +267,9 @@ impl DeviceSession {
     }
 
     /// Puts what was set to last in force again, if a run has replaced it.
-    pub(super) fn put_back<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+    pub(super) fn put_back<const D: usize>(
         &mut self,
-        device: &impl Exclusive<TickSide<H, D, R>>,
+        device: &impl Side<D>,
     ) -> Result<(), Refusal> {
         if self.run_of == 0 {
             return Ok(());
@@ -290,14 +290,14 @@ fn used<'a>(configuration: &Configuration, values: &'a [f32]) -> &'a [f32] {
 
 /// Prepares staged values, so that they can take effect now.
 #[inline]
-fn prepared<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+fn prepared<const D: usize, S: Side<D>>(
     configuration: &Configuration,
     values: &[f32],
-    device: &impl Exclusive<TickSide<H, D, R>>,
-) -> Result<Prepared<H::Setup>, Refusal> {
+    device: &S,
+) -> Result<PreparedFor<S, D>, Refusal> {
     device.with(|device| device.may_install())?;
     let capabilities = device.with(|device| device.hardware().capabilities());
-    prepare::<H, D>(*configuration, values, &capabilities)
+    prepare::<S::Board, D>(*configuration, values, &capabilities)
 }
 
 #[inline(never)]

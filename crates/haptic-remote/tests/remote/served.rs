@@ -16,6 +16,7 @@ use std::{
     },
     time::Duration,
 };
+use testkit::Tested;
 
 /// What a board has done.
 #[derive(Debug, Default)]
@@ -325,22 +326,22 @@ fn skipped_periods_have_their_numbers_and_their_part_of_a_run() {
 }
 
 #[test]
-fn a_fault_between_arm_and_start_ends_the_run_by_its_name() {
+fn a_fault_between_arm_and_start_ends_the_run_by_its_name() -> Tested {
     let done = Arc::new(Done::default());
     let slow = Slow {
         done: Arc::clone(&done),
         takes: Duration::ZERO,
     };
-    let served = Served::start(slow).expect("starts");
-    let mut link = SerialLink::to_served(served, "slow:one").expect("answers");
-    link.set(spring(0), &[0.0]).expect("good");
+    let served = Served::start(slow)?;
+    let mut link = SerialLink::to_served(served, "slow:one")?;
+    link.set(spring(0), &[0.0])?;
     let refused = |link: &mut SerialLink| match link.start(Start::ENDLESS) {
         Err(SerialError::Link(error)) => error,
         other => panic!("{other:?}"),
     };
     // The host has heard of it before it starts, or not yet.
     for hears_of_it in [true, false] {
-        link.arm(WATCHDOG).expect("arms");
+        link.arm(WATCHDOG)?;
         done.breaks.store(true, Ordering::Relaxed);
         while done.breaks.load(Ordering::Relaxed) {
             std::thread::yield_now();
@@ -357,8 +358,8 @@ fn a_fault_between_arm_and_start_ends_the_run_by_its_name() {
         assert_eq!(link.status(), report.status);
     }
     // Armed anew it runs; a start without that is refused, as no run has ended by that.
-    link.arm(WATCHDOG).expect("arms");
-    link.start(Start::ENDLESS).expect("starts");
+    link.arm(WATCHDOG)?;
+    link.start(Start::ENDLESS)?;
     samples(&mut link, 20);
     done.breaks.store(true, Ordering::Relaxed);
     fault(&mut link);
@@ -371,4 +372,5 @@ fn a_fault_between_arm_and_start_ends_the_run_by_its_name() {
             refusal
         }
     );
+    Ok(())
 }

@@ -12,7 +12,7 @@ use haptic_link::{
 };
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, DeviceOperator, Incoming, LinkError};
-use testkit::assert_says;
+use testkit::{Tested, assert_says};
 
 fn fault(bench: &Bench) -> Option<Fault> {
     bench.told_fault().map(|(fault, _)| fault)
@@ -128,7 +128,7 @@ fn a_sensed_force_comes_with_its_sample_in_every_form_and_none_comes_without_a_s
 }
 
 #[test]
-fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
+fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() -> Tested {
     use haptic_loop::{
         Controller, SafetyChain, Wall,
         units::{Newtons, NewtonsPerSecond, Seconds},
@@ -139,10 +139,10 @@ fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
     });
     bench.run_ms(700);
     let (configuration, values) = spring();
-    let operator = DeviceOperator::new(fracdiff::portable::Form::Taps, 0, &values).expect("valid");
-    let wall = Wall::new(1000.0, 2.0, operator, None).expect("valid");
+    let operator = DeviceOperator::new(fracdiff::portable::Form::Taps, 0, &values)?;
+    let wall = Wall::new(1000.0, 2.0, operator, None)?;
     let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1e4), Seconds(1e-3));
-    let mut controller = Controller::<f32, 1, _>::new(wall, chain.expect("valid"));
+    let mut controller = Controller::<f32, 1, _>::new(wall, chain?);
     let mass_kg = f64::from(configuration.simulation.mass_kg);
     let mut plant = testkit::device::plant(testkit::device::ideal(mass_kg, 3.5, 1e-3));
     plant.set_external_force(nalgebra::vector![1.0]);
@@ -152,7 +152,7 @@ fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
         if sample.tick >= 500 {
             break;
         }
-        let here = engaged.tick().expect("infallible");
+        let here = engaged.tick()?;
         assert_eq!(
             here.reading.position_m[0], sample.axes[0].position_m,
             "{}",
@@ -167,6 +167,7 @@ fn the_force_of_a_device_loop_is_that_of_the_same_loop_on_the_host() {
         compared += 1;
     }
     assert_eq!(compared, 500);
+    Ok(())
 }
 
 #[test]

@@ -26,7 +26,7 @@ use std::{
         atomic::{AtomicBool, Ordering},
     },
 };
-use testkit::assert_refused;
+use testkit::{Tested, assert_refused};
 
 const T: Seconds = Seconds(1e-3);
 const K: f64 = 300.0;
@@ -492,9 +492,9 @@ fn from_before() -> (SerialLink, Arc<AtomicBool>) {
 }
 
 #[test]
-fn a_device_from_before_surfaces_is_told_of_before_anything_is_set() {
+fn a_device_from_before_surfaces_is_told_of_before_anything_is_set() -> Tested {
     let (mut link, stop) = from_before();
-    let before = link.configuration().expect("tells");
+    let before = link.configuration()?;
     let edge = run(&plane([1.0, 0.0], 0.0), None);
     let companions = Companions {
         surface: edge.surface.as_ref(),
@@ -502,15 +502,16 @@ fn a_device_from_before_surfaces_is_told_of_before_anything_is_set() {
     };
     let refused = link.set_run(edge.configuration, &edge.values, companions);
     assert_refused(refused, "cannot render a shape on its own & flash");
-    assert_eq!(link.configuration().expect("tells"), before);
+    assert_eq!(link.configuration()?, before);
     // A loop on the host needs no more than it has.
     let mut hosts = edge.configuration;
     hosts.loop_mode = LoopMode::Host;
     hosts.limits = before.0.limits;
     let set = link.set_run(hosts, &edge.values, Companions::default());
-    set.expect("a loop of the host");
+    set?;
     drop(link);
     stop.store(true, Ordering::Relaxed);
+    Ok(())
 }
 
 #[test]

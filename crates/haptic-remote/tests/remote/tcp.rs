@@ -13,7 +13,7 @@ use std::{
     net::{TcpListener, TcpStream},
     sync::atomic::{AtomicBool, Ordering},
 };
-use testkit::{assert_refused, assert_says};
+use testkit::{Tested, assert_refused, assert_says};
 
 /// An ideal board on a line without faults.
 pub(crate) fn ideal() -> Emulation {
@@ -175,15 +175,15 @@ fn an_address_is_a_host_and_a_port() {
 }
 
 #[test]
-fn a_host_that_breaks_off_makes_room_for_the_next() {
-    let listening = TcpListening::for_any_protocol("127.0.0.1:0").expect("a port is free");
+fn a_host_that_breaks_off_makes_room_for_the_next() -> Tested {
+    let listening = TcpListening::for_any_protocol("127.0.0.1:0")?;
     let mut device = listening.line();
     let mut bytes = [0; 64];
     let error = device.write(b"to nobody").expect_err("nobody");
     assert_eq!(error.kind(), ErrorKind::NotConnected);
     for word in [&b"first"[..], b"other"] {
-        let mut host = TcpStream::connect(listening.address()).expect("listens");
-        host.write_all(word).expect("takes it");
+        let mut host = TcpStream::connect(listening.address())?;
+        host.write_all(word)?;
         let mut heard = Vec::new();
         while heard.len() < word.len() {
             if let Ok(count) = device.read(&mut bytes) {
@@ -191,7 +191,7 @@ fn a_host_that_breaks_off_makes_room_for_the_next() {
             }
         }
         assert_eq!(heard, word, "nothing of the host before");
-        device.write_all(b"unread").expect("somebody is there");
+        device.write_all(b"unread")?;
         // What it has not read makes a reset of its end.
         drop(host);
     }
@@ -199,4 +199,5 @@ fn a_host_that_breaks_off_makes_room_for_the_next() {
     while device.write(b"x").is_ok() {
         let _ = device.read(&mut bytes);
     }
+    Ok(())
 }

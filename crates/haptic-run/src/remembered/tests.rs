@@ -2,7 +2,7 @@ use super::*;
 use crate::identity::{Told, tests::port};
 use haptic_link::SerialNumber;
 use tempfile::tempdir;
-use testkit::{Random, assert_refused, assert_says};
+use testkit::{Random, Tested, assert_refused, assert_says};
 
 /// A device by its number, or by nothing.
 fn identity(board: &str, number: Option<&str>) -> DeviceIdentity {
@@ -60,7 +60,8 @@ fn whatever_was_set_is_read_again_bit_for_bit() {
 }
 
 #[test]
-fn what_is_missing_has_its_default_and_what_is_unknown_is_refused_with_all_that_there_is() {
+fn what_is_missing_has_its_default_and_what_is_unknown_is_refused_with_all_that_there_is() -> Tested
+{
     let kept = Kept::read("format = 1\nforce_limit_n = 0.5\nworkspace_low_m = -1\n");
     let limits = kept.expect("reads").set.limits;
     let expected = Limits {
@@ -68,7 +69,7 @@ fn what_is_missing_has_its_default_and_what_is_unknown_is_refused_with_all_that_
         ..force(0.5).limits
     };
     assert_eq!(limits, expected);
-    let folder = tempdir().expect("a folder");
+    let folder = tempdir()?;
     let place = Remembered::within(
         identity("board", Some("E6612483CB1B9221")),
         Some(folder.path().to_owned()),
@@ -93,7 +94,7 @@ fn what_is_missing_has_its_default_and_what_is_unknown_is_refused_with_all_that_
         ),
         ("half a li", "not a file of limits & half a li"),
     ] {
-        fs::write(&file, text).expect("writes");
+        fs::write(&file, text)?;
         let refusal = place.set();
         assert_refused(
             refusal,
@@ -101,29 +102,26 @@ fn what_is_missing_has_its_default_and_what_is_unknown_is_refused_with_all_that_
         );
         // Whoever has another number does not mind; whoever has none may be this one.
         let other = Remembered::within(identity("board", Some("B0B0B0")), place.folder.clone());
-        assert_eq!(other.set().expect("none"), None);
+        assert_eq!(other.set()?, None);
         let nameless = Remembered::within(identity("board", None), place.folder.clone());
         assert_refused(nameless.set(), "remove that file");
-        assert_says(
-            &place.forget().expect("removed").expect("some"),
-            &text.replace('\n', ", "),
-        );
+        assert_says(&place.forget()?.expect("some"), &text.replace('\n', ", "));
     }
     let older = folder.path().join("board-20-at-20-x.json");
     fs::write(
         &older,
         "{\n  \"device\": \"board at x\",\n  \"force_n\": 0.5\n}",
-    )
-    .expect("writes");
+    )?;
     assert_refused(
         place.set(),
         "earlier version & \"force_n\": 0.5 & remove that file & device set",
     );
+    Ok(())
 }
 
 #[test]
-fn who_cannot_be_told_apart_has_the_tighter_of_all_of_its_name_and_loosens_none() {
-    let folder = tempdir().expect("a folder");
+fn who_cannot_be_told_apart_has_the_tighter_of_all_of_its_name_and_loosens_none() -> Tested {
+    let folder = tempdir()?;
     let place = |number| Remembered::within(identity("board", number), Some(folder.path().into()));
     let all = [Some("B0B0B1"), Some("B0B0B2"), None].map(place);
     let [one, two, nameless] = &all;
@@ -135,20 +133,21 @@ fn who_cannot_be_told_apart_has_the_tighter_of_all_of_its_name_and_loosens_none(
             |(have, expected): (&Configuration, f32)| (have.limits.force_n - expected).abs() <= 0.0;
         assert!(have.iter().zip(expected).all(same), "{expected:?}");
     };
-    assert!(one.keep(&force(2.0)).expect("kept") && two.keep(&force(0.5)).expect("kept"));
+    assert!(one.keep(&force(2.0))? && two.keep(&force(0.5))?);
     have_n([2.0, 0.5, 0.5]);
     let words = "board without a serial number & from 500 mN to 1 N & device forget";
     assert_refused(nameless.admits(&force(1.0)), words);
-    one.admits(&force(9.0)).expect("it is its own");
-    nameless.admits(&force(0.2)).expect("tighter");
-    nameless.keep(&force(0.2)).expect("kept");
+    one.admits(&force(9.0))?;
+    nameless.admits(&force(0.2))?;
+    nameless.keep(&force(0.2))?;
     // They may have been the one without a number, until they are set themselves.
     have_n([0.2, 0.2, 0.2]);
-    one.keep(&force(3.0)).expect("kept");
+    one.keep(&force(3.0))?;
     have_n([3.0, 0.2, 0.2]);
-    let gone = nameless.forget().expect("gone").expect("some");
+    let gone = nameless.forget()?.expect("some");
     assert_says(&gone, "force_limit_n = 0.2");
     have_n([3.0, 0.5, 0.5]);
+    Ok(())
 }
 
 #[test]
@@ -170,7 +169,7 @@ fn two_devices_are_two_files() {
 
 /// `CAMPAIGN_CASES`: orders of events, 20 by default: replugged, exchanged, power cut, flashed without a number, set, forgotten, run.
 #[test]
-fn no_board_runs_with_a_looser_limit_than_was_set_on_it_wherever_it_is_plugged_in() {
+fn no_board_runs_with_a_looser_limit_than_was_set_on_it_wherever_it_is_plugged_in() -> Tested {
     /// Number that the board tells, and that of its USB port; limits that it has, and those that were set last, with their file.
     struct Board {
         name: &'static str,
@@ -183,7 +182,7 @@ fn no_board_runs_with_a_looser_limit_than_was_set_on_it_wherever_it_is_plugged_i
     for order in 0..testkit::cases(20) {
         let mut random = Random(8200 + order);
         let mut pick = |below: usize| random.bits() as usize % below;
-        let folder = tempdir().expect("a folder");
+        let folder = tempdir()?;
         let kinds = [
             ("rp2040", [Some("E6612483CB1B9221"), None]),
             ("rp2040", [Some("E6612483CB1B9222"), None]),
@@ -240,25 +239,22 @@ fn no_board_runs_with_a_looser_limit_than_was_set_on_it_wherever_it_is_plugged_i
                 4..6 => {
                     let force_n = [0.1, 0.5, 2.0, 5.0][to % 4];
                     let mut next = board.has;
-                    next.limits = place
-                        .tightened(&next)
-                        .expect("reads")
-                        .unwrap_or(next.limits);
+                    next.limits = place.tightened(&next)?.unwrap_or(next.limits);
                     next.limits.force_n = force_n;
                     if place.admits(&next).is_ok() {
-                        place.keep(&next).expect("kept");
+                        place.keep(&next)?;
                         (board.has, board.set) = (next, Some((force_n, file)));
                     }
                 }
                 6 if to == 0 => {
-                    place.forget().expect("removed");
+                    place.forget()?;
                     // Whoever has no number shares the file.
                     for board in &mut boards {
                         board.set.take_if(|(_, under)| *under == file);
                     }
                 }
                 _ => {
-                    let limits = place.tightened(&board.has).expect("reads");
+                    let limits = place.tightened(&board.has)?;
                     board.has.limits = limits.unwrap_or(board.has.limits);
                     let has_n = board.has.limits.force_n;
                     let most_n = board.set.as_ref().map_or(f32::MAX, |(most_n, _)| *most_n);
@@ -275,4 +271,5 @@ fn no_board_runs_with_a_looser_limit_than_was_set_on_it_wherever_it_is_plugged_i
     }
     println!("{runs} runs, {limited} of them on a board that was set: none with a looser limit");
     assert!(limited > runs / 5, "{limited} of {runs}");
+    Ok(())
 }

@@ -72,7 +72,7 @@ pub(super) fn summarise(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::remote::bad_lines::{quiet, remote};
+    use crate::remote::bad_line_tests::{quiet, remote};
     use haptic_loop::realtime::Durations;
 
     #[test]

@@ -7,6 +7,7 @@ use fractional_control::{
     LeadLagParameters, PidParameters, Plant, PowerMemory, Rule, TidParameters,
 };
 use std::path::Path;
+use testkit::Tested;
 
 const PID: &str = "[pid]\nproportional_gain = 2\nintegral_gain_per_s_lambda = 1\nintegral_order = 0.8\n\
                    [loop]\nsample_time_s = 0.01\noutput_low = -3\noutput_high = 3\n";
@@ -69,25 +70,26 @@ fn one_of_each() -> Vec<ControllerFile> {
 }
 
 #[test]
-fn every_controller_reads_back_to_the_same_and_runs() {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
-    let plant: Plant = "exp(-0.05s)/(s+1)".parse().expect("valid");
-    let plant = HeldPlant::new(&plant, memory, Seconds(0.01)).expect("valid");
+fn every_controller_reads_back_to_the_same_and_runs() -> Tested {
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-6, 100.0)?;
+    let plant: Plant = "exp(-0.05s)/(s+1)".parse()?;
+    let plant = HeldPlant::new(&plant, memory, Seconds(0.01))?;
     for file in one_of_each() {
         let text = file.to_toml();
         assert_eq!(read(&text).as_ref(), Ok(&file), "{text}");
-        let run = file.setup.simulate(&plant, &[1.0; 400]).expect("runs");
+        let run = file.setup.simulate(&plant, &[1.0; 400])?;
         assert!(run.measured[399] > 0.2 && run.measured[399] < 1.5, "{text}");
-        let verdict = file.setup.closed_with(&plant).expect("a loop").verdict();
+        let verdict = file.setup.closed_with(&plant)?.verdict();
         assert!(verdict.stable, "{text}");
     }
+    Ok(())
 }
 
 #[test]
-fn a_function_as_a_controller_is_the_pid_it_is_equal_to_within_its_limits() {
-    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 100.0).expect("valid");
-    let plant: Plant = "1/(s+1)".parse().expect("valid");
-    let plant = HeldPlant::new(&plant, memory, Seconds(0.01)).expect("valid");
+fn a_function_as_a_controller_is_the_pid_it_is_equal_to_within_its_limits() -> Tested {
+    let memory = PowerMemory::new(Rule::Bdf2, 1e-9, 100.0)?;
+    let plant: Plant = "1/(s+1)".parse()?;
+    let plant = HeldPlant::new(&plant, memory, Seconds(0.01))?;
     let controller = |file: &str| {
         let text = format!(
             "{file}\n[loop]\nsample_time_s = 0.01\noutput_high = 5\noutput_low = -5\nscheme = \"full-bdf2:1e-9\""
@@ -105,6 +107,7 @@ fn a_function_as_a_controller_is_the_pid_it_is_equal_to_within_its_limits() {
     let apart = pid.iter().zip(&function).map(|(a, b)| (a - b).abs());
     let apart = apart.fold(0.0, f64::max);
     assert!(apart < 1e-6, "{apart}");
+    Ok(())
 }
 
 #[test]

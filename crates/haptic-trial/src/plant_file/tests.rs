@@ -3,7 +3,7 @@
 use super::{PlantModel, function_file, parse, response_in};
 use num_complex::Complex;
 use std::path::Path;
-use testkit::Folder;
+use testkit::{Folder, Tested};
 
 fn read(text: &str) -> Result<PlantModel, String> {
     let found = parse(Path::new("lab/p.toml"), text);
@@ -14,11 +14,11 @@ fn read(text: &str) -> Result<PlantModel, String> {
 
 /// The same plant in four ways.
 #[test]
-fn a_device_is_its_function_its_matrices_and_its_measured_response() {
+fn a_device_is_its_function_its_matrices_and_its_measured_response() -> Tested {
     let device = "[device]\nmass_kg = 0.5\ndamping_n_s_per_m = 3\nhand_stiffness_n_per_m = 20\ndelay_s = 0.01\ncurrent_lag_s = 0.002\n";
     let function = "[transfer_function]\nfunction = \"exp(-0.004s)/((0.5s^2+3s+20)(0.002s+1))\"\ndelay_s = 0.006\n";
     let states = "[state_space]\na = [[0, 1], [-40, -6.0]]\nb = [0, 2]\nc = [1, 0]\ndelay_s = 0.01\ncurrent_lag_s = 0.002\n";
-    let device = read(device).expect("valid").plant().expect("a plant");
+    let device = read(device).expect("valid").plant()?;
     let folder = Folder::empty();
     let mut rows = String::from("frequency_hz,note,gain_db,phase_deg\n# a comment\n");
     for k in 0..400 {
@@ -29,16 +29,16 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
         let (gain, phase) = (20.0 * response.norm().log10(), response.arg().to_degrees());
         rows += &format!("{hz},x,{gain},{phase}\n");
     }
-    std::fs::write(folder.join("r.csv"), rows).expect("writes");
+    std::fs::write(folder.join("r.csv"), rows)?;
     let measured = parse(
         &folder.join("p.toml"),
         "[measured_response]\nfile = \"r.csv\"\n[source]\nnote = \"shaker\"",
     );
-    let (measured, ..) = measured.expect("valid");
+    let (measured, ..) = measured?;
     let others = [function, states].map(|text| read(text).expect("valid"));
     let others = others.iter().map(|other| (other, 1e-12));
     for (other, share) in others.chain([(&measured, 1e-3)]) {
-        let plant = other.plant().expect("a plant");
+        let plant = other.plant()?;
         for omega in [0.1, 1.0, 6.3, 40.0] {
             let want = device.response(omega).expect("there");
             let have = plant.response(omega).expect("there");
@@ -48,6 +48,7 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
             );
         }
     }
+    Ok(())
 }
 
 #[test]

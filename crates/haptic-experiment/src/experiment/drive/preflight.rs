@@ -324,6 +324,7 @@ impl LateSample {
 
 #[cfg(test)]
 mod tests {
+    use testkit::Tested;
     mod pairs;
 
     use super::*;
@@ -452,7 +453,7 @@ mod tests {
 
     /// The world that runs, with a preload that keeps the contact: what the matrices say of the deviations.
     #[test]
-    fn the_matrices_of_two_late_devices_are_the_motion_of_the_world_that_runs() {
+    fn the_matrices_of_two_late_devices_are_the_motion_of_the_world_that_runs() -> Tested {
         for (lags, gap) in [
             ([0.3e-3, 0.7e-3], 0.0),
             ([0.0, 0.0], 2e-3),
@@ -463,7 +464,7 @@ mod tests {
             for (device, lag) in devices.devices.iter_mut().zip(lags) {
                 device.current_lag = Seconds(lag);
             }
-            let mut world = FacingDevices::new(devices, Seconds(1e-9)).expect("a world");
+            let mut world = FacingDevices::new(devices, Seconds(1e-9))?;
             let mut sample = |forces: [f64; 2]| {
                 world.command(FacingSide::Renderer, forces[0]);
                 world.command(FacingSide::Indenter, forces[1]);
@@ -476,9 +477,8 @@ mod tests {
             for _ in 0..2000 {
                 rest = sample([-preload, preload]);
             }
-            let way =
-                RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(0.1)).expect("a ramp"));
-            let late = LateSample::new(&devices, 0.0).expect("late");
+            let way = RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(0.1))?);
+            let late = LateSample::new(&devices, 0.0)?;
             assert_eq!(late.later, 2);
             let port = late.port(way, &devices.contact);
             let mut state = DVector::zeros(port.felt.len());
@@ -500,5 +500,6 @@ mod tests {
                 }
             }
         }
+        Ok(())
     }
 }

@@ -29,7 +29,7 @@ use haptic_trial::{
 };
 use nalgebra::Vector1;
 use std::{ops::ControlFlow, path::Path};
-use testkit::{Folder, assert_close};
+use testkit::{Folder, Tested, assert_close};
 
 /// Tuned for 1/(0.092s²+4.95s): free, the indenter is 65 g on 3.5 N·s/m; in contact with the renderer twice that; between the two lie
 /// 6 dB. 200 rad/s, 60°, flat, 0.003 of a disturbance at 3 rad/s.
@@ -101,9 +101,9 @@ fn wandering(relaxation: &Indentation) -> f64 {
 }
 
 #[test]
-fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_made() {
+fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_made() -> Tested {
     let folder = Folder::empty();
-    let report = run(&folder.join("held"), &cancerous(drive(STIFF), 5.0)).expect("runs");
+    let report = run(&folder.join("held"), &cancerous(drive(STIFF), 5.0))?;
     let held = &report.results["drive"];
     let names = (&held["controller"], &held["quantity"]);
     assert_eq!(names, (&"test.toml".into(), &"position".into()));
@@ -121,7 +121,7 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
     // The force is that of the full history of the position really recorded.
     let error = report.results["max_relative_error"].as_f64();
     assert!(error.expect("compared") < 1e-5, "{error:?}");
-    let log = std::fs::read(&report.run.log).expect("a log");
+    let log = std::fs::read(&report.run.log)?;
     for key in [
         "drive.file",
         "derivative_order",
@@ -130,12 +130,13 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
         let is_logged = log.windows(key.len()).any(|bytes| bytes == key.as_bytes());
         assert!(is_logged, "{key}");
     }
-    let csv = std::fs::read_to_string(report.run.csv.as_ref().expect("a table")).expect("text");
+    let csv = std::fs::read_to_string(report.run.csv.as_ref().expect("a table"))?;
     let names = csv.lines().next().unwrap_or_default();
     assert!(
         names.ends_with("indenter_position_m,drive_force_n"),
         "{names}"
     );
+    Ok(())
 }
 
 #[test]
@@ -265,13 +266,13 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
 }
 
 #[test]
-fn a_drive_without_a_limit_has_room_for_four_peaks_and_twice_the_friction() {
+fn a_drive_without_a_limit_has_room_for_four_peaks_and_twice_the_friction() -> Tested {
     let folder = Folder::empty();
     let path = |name: &str| folder.join(name);
     let servo = "[pid]\nproportional_gain = 8000\n[loop]\nsample_time_s = 0.001\n";
-    std::fs::write(path("servo.toml"), servo).expect("writes");
+    std::fs::write(path("servo.toml"), servo)?;
     let body = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nfriction_n = 0.3\n";
-    std::fs::write(path("body.toml"), body).expect("writes");
+    std::fs::write(path("body.toml"), body)?;
     // A spring of 500 N/m, pressed by 5 % of 20 mm; 1 kPa on 4 cm².
     let relax = "[relax]\ntissue = 'spring'\nstiffness_n_per_m = 500\nstrain = 0.05\n";
     let on_one = "device = 'serial:x'\ndevice_model = 'body.toml'\n[drive]\n";
@@ -302,7 +303,7 @@ fn a_drive_without_a_limit_has_room_for_four_peaks_and_twice_the_friction() {
         ),
     ] {
         let text = format!("{text}controller = 'servo.toml'\n");
-        let file = ExperimentFile::parse(&path("bench.toml"), &text).expect("valid");
+        let file = ExperimentFile::parse(&path("bench.toml"), &text)?;
         let drive = file
             .indentation()
             .expect("one")
@@ -316,12 +317,13 @@ fn a_drive_without_a_limit_has_room_for_four_peaks_and_twice_the_friction() {
             "{limit_reason}"
         );
     }
+    Ok(())
 }
 
 #[test]
-fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
+fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() -> Tested {
     let t = 1e-3;
-    let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse().expect("a controller");
+    let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse()?;
     let held = Drive {
         name: "own".to_owned(),
         controller: ControllerSetup::new(gains, Seconds(t)).into(),
@@ -338,20 +340,19 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
         in_contact: Some(stable),
         holding_stiffness_n_per_m: None,
     };
-    let ramp = RampHold::new(Metres(1e-3), Seconds(0.05)).expect("a ramp");
+    let ramp = RampHold::new(Metres(1e-3), Seconds(0.05))?;
     for drive in [RigDrive::Position(ramp), RigDrive::Force(Newtons(0.1))] {
         let config = RigConfig::new(drive, RigContact::COMPLIANT, Seconds(t));
-        let holder = held.holder(t).expect("a controller");
-        let rig = Box::new(HeldRig::new(config, holder).expect("a rig"));
+        let holder = held.holder(t)?;
+        let rig = Box::new(HeldRig::new(config, holder)?);
         let mut rig = SimulatedRig::Held(rig);
-        let mut judge = DriveJudge::new(&held, drive, t, Some(verdict), false).expect("a judge");
+        let mut judge = DriveJudge::new(&held, drive, t, Some(verdict), false)?;
         let mut peak: f64 = 0.0;
         for tick in 0..500 {
             let seen = rig.observe();
-            let reading = Device::<f64, 1>::read(&mut rig).expect("never fails");
+            let reading = Device::<f64, 1>::read(&mut rig)?;
             let force_n = -300.0 * reading.position_m[0];
-            rig.write(testkit::device::safe(Vector1::new(force_n)))
-                .expect("never fails");
+            rig.write(testkit::device::safe(Vector1::new(force_n)))?;
             let (_, [_, judged]) = judge.add(&KeptSample {
                 tick,
                 time_s: reading.time_s,
@@ -374,4 +375,5 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
         // The ramp is steep, and the gain is large for a force: the limit acts at first.
         assert!(report.saturated_samples > 0 && report.saturated_samples <= 500);
     }
+    Ok(())
 }

@@ -10,7 +10,7 @@ use fracdiff::{Channel, Operator, Scheme, Seconds};
 use haptic_emulator::LineFaults;
 use haptic_judge::modelled_tissue::ModelledTissue;
 use haptic_loop::plant::RigDrive;
-use haptic_run::{Ran, remote::bad_lines::BadPair};
+use haptic_run::{Ran, remote::bad_line_tests::BadPair};
 use haptic_tissue::{Material, ModelKind, Source};
 use serde_json::Value;
 use std::path::Path;

@@ -20,7 +20,7 @@ use haptic_tissue::{
 };
 use std::{ops::ControlFlow, path::Path};
 use testkit::{
-    Random,
+    Random, Tested,
     device::{DAMPING, MASS, plant, read, with_hand, write},
     tissue::{KINDS, models, of_two},
 };
@@ -129,11 +129,11 @@ fn pressed() -> Vec<(Loading, f64)> {
 }
 
 #[test]
-fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() {
+fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() -> Tested {
     for (loading, stiffening) in pressed() {
         let mut relaxation = relaxation(muscle(), Precision::F64);
         relaxation.piece = piece(loading, stiffening);
-        let ramp = RampHold::new(Metres(1e-3), Seconds(1.0)).expect("a ramp");
+        let ramp = RampHold::new(Metres(1e-3), Seconds(1.0))?;
         relaxation.load = RigDrive::Position(ramp);
         relaxation.duration_s = 10.0;
         let piece = relaxation.piece.clone();
@@ -146,7 +146,7 @@ fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() {
             }
             ControlFlow::Continue(())
         });
-        assert!(reached.expect("valid") && worst > 0.0);
+        assert!(reached? && worst > 0.0);
         assert!(worst < 1e-4, "{loading:?} {stiffening}: {worst:e}");
         let mut creep = relaxation;
         (creep.load, creep.duration_s) = (RigDrive::Force(Newtons(1.0)), 5.0);
@@ -162,10 +162,11 @@ fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() {
             assert!((force - 1.0).abs() < 1e-5, "the push is carried: {force}");
             ControlFlow::Continue(())
         });
-        assert!(reached.expect("valid") && worst > 0.0);
+        assert!(reached? && worst > 0.0);
         // The kernel is a sample late at most: T·J'/J = 1e-3·0.675/t at most, halved by the slope of e or more.
         assert!(worst < 5e-3, "{loading:?} {stiffening}: {worst:e}");
     }
+    Ok(())
 }
 
 #[test]
@@ -323,19 +324,19 @@ fn deflections(drawn: &Drawn) -> [f64; 2] {
 /// The analysis of the loop and a run of it agree, off the edge. More of them: `CAMPAIGN_CASES=200`.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn random_models_are_stable_as_the_analysis_says() {
+fn random_models_are_stable_as_the_analysis_says() -> Tested {
     let cases = testkit::cases(40);
     let mut random = Random(20_261_120);
     let (mut stable, mut unstable) = (0, 0);
     for case in 0..cases {
         let drawn = drawn(&mut random, case);
-        let sampled = SampledModel::new(&drawn.model, T).expect("valid");
+        let sampled = SampledModel::new(&drawn.model, T)?;
         let loop_ = Preflight {
             stiffness_n_per_m: drawn.shape * sampled.elastic_modulus_pa(),
             dissipation_n_s_mu_per_m: drawn.shape * sampled.viscosity_pa_s_mu(),
             order: sampled.order(),
             model: Some(&drawn.model),
-            scheme: "full".parse().expect("a scheme"),
+            scheme: "full".parse()?,
             sample_time_s: T.0,
             samples: 10_000,
             map: None,
@@ -349,7 +350,7 @@ fn random_models_are_stable_as_the_analysis_says() {
             delay_s: 0.0,
             current_lag_s: 0.0,
         };
-        let verdict = loop_.verdict(device, 0).expect("judges");
+        let verdict = loop_.verdict(device, 0)?;
         let [early, late] = deflections(&drawn);
         let margin = verdict.margin;
         // Passive is stable with anything; so with this hand too.
@@ -363,6 +364,7 @@ fn random_models_are_stable_as_the_analysis_says() {
         }
     }
     assert!(5 * stable > cases && 5 * unstable > cases);
+    Ok(())
 }
 
 /// The force of `[relax]` with these keys, N, by its closed form.

@@ -11,6 +11,7 @@ use haptic_question::tissue::{RecordForm, RecordQuestion};
 use haptic_tissue::{Library, Material, ModelKind};
 use haptic_trial::{sensor_offset::Tare, simulate::simulate};
 use std::{ops::ControlFlow, path::Path, sync::atomic::AtomicBool};
+use testkit::Tested;
 use tissue_identification::{Identification, TableDetails, Understood};
 
 const CONTROLLER: &str = "[pid]
@@ -366,11 +367,11 @@ fn a_loop_that_nobody_gave_presses_soft_and_stiff_specimens() {
 
 /// Neither guard is passed: the force stays within its limit, and a depth beyond the guard ends the run.
 #[test]
-fn a_hard_specimen_meets_the_force_limit_and_a_shallow_guard_ends_the_run() {
+fn a_hard_specimen_meets_the_force_limit_and_a_shallow_guard_ends_the_run() -> Tested {
     let hard = press_of(
         "tissue = \"prostate-cancerous\"\ndepth_m = 10e-3\nforce_limit_n = 0.5\nhold_time_s = 1",
     );
-    let hard = hard.expect("a press");
+    let hard = hard?;
     let run = ticks(hard.of().expect("a press"));
     assert!(
         run.iter()
@@ -382,13 +383,9 @@ fn a_hard_specimen_meets_the_force_limit_and_a_shallow_guard_ends_the_run() {
         .fold(0.0, f64::max);
     assert!(deepest > 0.0 && deepest < 9e-3, "{deepest}");
     // The controller overshoots a ramp of 1 ms by more than 1 %.
-    let guarded =
-        press_of("ramp_time_s = 1e-3\ndepth_limit_m = 2.02e-3\nhold_time_s = 1").expect("a press");
+    let guarded = press_of("ramp_time_s = 1e-3\ndepth_limit_m = 2.02e-3\nhold_time_s = 1")?;
     let press: &Press = guarded.of().expect("a press");
-    let (mut controller, mut device) = (
-        press.controller().expect("a loop"),
-        press.pressed().expect("a device"),
-    );
+    let (mut controller, mut device) = (press.controller()?, press.pressed()?);
     let whole = simulate(
         &mut controller,
         &mut device,
@@ -396,6 +393,7 @@ fn a_hard_specimen_meets_the_force_limit_and_a_shallow_guard_ends_the_run() {
         &mut |_: &TickMessage| ControlFlow::Continue(()),
     );
     assert!(!whole && controller.safety().fault().is_some());
+    Ok(())
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     experiment::{
-        kind::{Conduct, Experiment},
+        kind::{Experiment, conducts},
         reading::metadata,
     },
     judge::{
@@ -210,13 +210,7 @@ impl Experiment for TeleoperationExperiment {
         metadata
     }
 
-    fn conduct(&self) -> &Conduct {
-        &self.conduct
-    }
-
-    fn conduct_mut(&mut self) -> &mut Conduct {
-        &mut self.conduct
-    }
+    conducts!();
 
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         let pair = self.pair()?;

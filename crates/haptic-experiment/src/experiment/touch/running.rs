@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     experiment::{
-        kind::{Conduct, Experiment},
+        kind::{Experiment, conducts},
         reading::metadata,
         trial::no_law_there,
     },
@@ -91,13 +91,7 @@ impl Experiment for TouchExperiment {
         metadata
     }
 
-    fn conduct(&self) -> &Conduct {
-        &self.conduct
-    }
-
-    fn conduct_mut(&mut self) -> &mut Conduct {
-        &mut self.conduct
-    }
+    conducts!();
 
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         match self.axes {

@@ -4,7 +4,7 @@ use super::second::{OfDrive, driven, push_into};
 use crate::{
     experiment::{
         drive::{SecondReport, tell},
-        kind::{Conduct, Experiment},
+        kind::{Conduct, Experiment, conducts},
         reading::metadata,
     },
     judge::{
@@ -347,13 +347,7 @@ impl<T: Trial> Experiment for Conducted<T> {
         metadata
     }
 
-    fn conduct(&self) -> &Conduct {
-        &self.conduct
-    }
-
-    fn conduct_mut(&mut self) -> &mut Conduct {
-        &mut self.conduct
-    }
+    conducts!();
 
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         let ran = self.recorded(watched)?;

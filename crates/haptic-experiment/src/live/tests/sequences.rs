@@ -7,6 +7,7 @@ use haptic_judge::{
     trial::{TrialPlan, VirtualWall},
     wall::WallTrial,
 };
+use testkit::Tested;
 
 /// The law that a session makes of an order, K, N/m, and B, N·s^μ/m.
 fn made((order, k, b, contact): (f64, f64, f64, WallContact)) -> Pushing<VirtualWall> {
@@ -223,7 +224,7 @@ fn looked_at(log: &Path, laws: &[Pushing<VirtualWall>], case: u32) -> u32 {
 
 /// `CAMPAIGN_CASES` sets how many sequences, 10 by default.
 #[test]
-fn a_change_that_is_asked_for_while_another_fades_waits_and_nothing_jumps() {
+fn a_change_that_is_asked_for_while_another_fades_waits_and_nothing_jumps() -> Tested {
     let mut random = Random(861);
     let (mut changes, mut early) = (0, 0);
     for case in 0..testkit::cases(10_u32) {
@@ -231,7 +232,7 @@ fn a_change_that_is_asked_for_while_another_fades_waits_and_nothing_jumps() {
         let keys = [("force_limit_n", 20.0.into())];
         let stop = Arc::new(AtomicBool::new(false));
         let session = Session::open(options(folder.as_ref(), &keys), &stop, (), GOES_ON);
-        let session = session.expect("opened");
+        let session = session?;
         let laws = [(); 5].map(|()| {
             let (order, k) = (random.share(), random.between(30.0, 500.0));
             let signed = random.chance(0.3);
@@ -249,7 +250,7 @@ fn a_change_that_is_asked_for_while_another_fades_waits_and_nothing_jumps() {
             }
             wall
         });
-        session.allow(&walls).expect("stable");
+        session.allow(&walls)?;
         let mut way = vec![(0.0, -5e-3)];
         for n in 1..33 {
             let out = random.chance(0.2);
@@ -257,25 +258,26 @@ fn a_change_that_is_asked_for_while_another_fades_waits_and_nothing_jumps() {
             way.push((0.15 * f64::from(n), place_m));
         }
         way.push((5.0, -5e-3));
-        session.hand(way).expect("a way");
+        session.hand(way)?;
         for _ in 0..16 {
             if random.chance(0.1) {
-                session.pause(GOES_ON).expect("goes on");
+                session.pause(GOES_ON)?;
             } else if random.chance(0.1) {
-                session.rest(0.1, GOES_ON).expect("goes on");
+                session.rest(0.1, GOES_ON)?;
             }
             let wall = (5.0 * random.share()) as usize;
             let surface_m = random.between(-5e-4, 5e-4);
             let came = session.feel(wall, surface_m, None, 9.0, GOES_ON);
-            assert!(came.expect("proved"), "case {case}");
+            assert!(came?, "case {case}");
             // Most go on before the fade is over.
             let ticks = random.between(1.0, 300.0) as u64;
             early += u32::from(ticks < 200);
-            session.go_on(ticks, GOES_ON, &|_| ()).expect("felt");
+            session.go_on(ticks, GOES_ON, &|_| ())?;
         }
-        assert!(session.rest(9.0, GOES_ON).expect("goes on"));
-        session.close().expect("closed");
+        assert!(session.rest(9.0, GOES_ON)?);
+        session.close()?;
         changes += looked_at(session.log(), &laws.map(made), case);
     }
     assert!(changes > 50 && early > 50, "{changes} {early}");
+    Ok(())
 }

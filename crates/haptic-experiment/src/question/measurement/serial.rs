@@ -241,7 +241,7 @@ fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
 mod tests {
     use super::*;
     use haptic_loop::Fault;
-    use haptic_run::remote::bad_lines::reported;
+    use haptic_run::remote::bad_line_tests::reported;
 
     #[test]
     fn a_fault_of_a_busy_machine_says_what_to_allow() {

@@ -6,6 +6,7 @@ use haptic_link::{
     Configuration, DeviceReport, EventKind, Field, OperatorForm, OperatorShape, Refusal, Request,
 };
 use haptic_loop::{Contact, DepthMap, Environment, SpringDamper, units::Metres};
+use testkit::Tested;
 
 #[test]
 fn a_configuration_takes_effect_as_a_whole_and_reads_back() {
@@ -160,7 +161,7 @@ fn a_map_of_the_depth_that_is_none_is_refused_by_name() {
 }
 
 #[test]
-fn a_map_of_the_depth_is_rendered_with_the_bits_of_a_contact_here() {
+fn a_map_of_the_depth_is_rendered_with_the_bits_of_a_contact_here() -> Tested {
     let (mut configuration, values) = spring();
     configuration.one_sided = true;
     configuration.depth_map = Some(SPHERE);
@@ -168,9 +169,9 @@ fn a_map_of_the_depth_is_rendered_with_the_bits_of_a_contact_here() {
     bench.arm();
     bench.done(Request::Start(START));
     bench.run_ms(300);
-    let operator = PortableOperator::<f32, 2, 1, 1>::new(Form::Taps, 0, &values).expect("a list");
-    let spring = SpringDamper::new(1000.0, 2.0, operator).expect("good");
-    let contact = Contact::at(Metres(0.0), spring).expect("good");
+    let operator = PortableOperator::<f32, 2, 1, 1>::new(Form::Taps, 0, &values)?;
+    let spring = SpringDamper::new(1000.0, 2.0, operator)?;
+    let contact = Contact::at(Metres(0.0), spring)?;
     let contact = contact.with_depth_map(DepthMap::of(SPHERE));
     let mut history = Environment::<f32, 1>::at_rest(&contact);
     let mut deepest = 0.0_f32;
@@ -188,4 +189,5 @@ fn a_map_of_the_depth_is_rendered_with_the_bits_of_a_contact_here() {
     }
     // A spring of 1000 N/m alone would give way by 1 mm.
     assert!(deepest > 1.5e-3, "{deepest}");
+    Ok(())
 }

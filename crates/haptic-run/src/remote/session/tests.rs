@@ -4,7 +4,7 @@ use super::*;
 use crate::{
     FolderRequest, recorder,
     remote::{
-        bad_lines::{ready, remote, reported},
+        bad_line_tests::{ready, remote, reported},
         partner::{Both, Clock},
     },
 };

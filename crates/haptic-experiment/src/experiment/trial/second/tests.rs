@@ -6,7 +6,7 @@ use crate::{
 };
 use serde_json::json;
 use std::path::Path;
-use testkit::Folder;
+use testkit::{Folder, Tested};
 
 /// A wall of K, N/m, and B, N·s^μ/m, with further lines of `[wall]` and of `[drive]`.
 fn text((mu, k, b): (f64, f64, f64), wall: &str, drive: &str) -> String {
@@ -23,11 +23,11 @@ fn read(text: &str) -> Result<WallExperiment, String> {
 }
 
 #[test]
-fn the_report_names_the_second_device_and_the_log_has_the_force_between_both() {
+fn the_report_names_the_second_device_and_the_log_has_the_force_between_both() -> Tested {
     let folder = Folder::empty();
     let wall = read(&text((1.0, 1000.0, 2.0), "duration_s = 2.0", "")).expect("good");
-    let ran = conducted(&folder, |watched| wall.recorded(watched)).expect("runs");
-    let (report, _) = wall.report(&ran).expect("judges");
+    let ran = conducted(&folder, |watched| wall.recorded(watched))?;
+    let (report, _) = wall.report(&ran)?;
     let law = json!(report.law);
     assert_eq!(law["push_by"], "second_device", "{law}");
     assert_eq!(law["push_n"], 1.0, "{law}");
@@ -41,7 +41,7 @@ fn the_report_names_the_second_device_and_the_log_has_the_force_between_both() {
     assert!((last.contact_force_n - 1.0).abs() < 1e-6, "{last:?}");
     assert!((last.force_n + 1.0).abs() < 1e-6, "{last:?}");
     assert_eq!(wall.metadata()["impact_m_per_s"], "0");
-    let csv = std::fs::read_to_string(folder.join("run.csv")).expect("a table");
+    let csv = std::fs::read_to_string(folder.join("run.csv"))?;
     let (names, rows) = csv.split_once('\n').expect("rows");
     assert!(
         names.ends_with(",indenter_position_m,drive_force_n"),
@@ -57,6 +57,7 @@ fn the_report_names_the_second_device_and_the_log_has_the_force_between_both() {
         assert!((last[4] - 1.0).abs() < 1e-12, "{row}");
     }
     assert!((last[3] - last[1] - 1e-5).abs() < 1e-9, "{last:?}");
+    Ok(())
 }
 
 #[test]

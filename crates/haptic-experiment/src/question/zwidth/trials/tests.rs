@@ -2,8 +2,8 @@
 
 use super::*;
 use haptic_emulator::moteus::EmulatedAdapter;
-use haptic_run::remote::bad_lines::quiet;
-use haptic_run::remote::bad_lines::reported;
+use haptic_run::remote::bad_line_tests::quiet;
+use haptic_run::remote::bad_line_tests::reported;
 use std::sync::Arc;
 
 /// An emulated servo in its own time, which runs and tells no sample; and its adapter.
