@@ -114,7 +114,7 @@ export class AnswerPanel {
     const orders = candidates.map((candidate) => Number(candidate["order"]));
     if (!best || orders.length < 2 || report["wish"] === "controller") return;
     const lines: Curve[] = [{ label: "each order", colour: "--blue" }, { label: "best, six pushes passed", colour: "--verm", marked: true }];
-    const panel = (heading: string, key: string): Node[] => {
+    const panel = (heading: string, key: string) => {
       const values = candidates.map((candidate) => numeric(candidate[key]));
       const known = values.filter((value) => value !== null);
       if (known.length < 2) return [];

@@ -48,6 +48,6 @@ function parsed(text: string): unknown {
 function isCertificate(value: unknown): value is Certificate {
   if (typeof value !== "object" || value === null) return false;
   const { checks, holds, ...texts } = value as Values;
-  const words = (of: unknown, keys: string[]): boolean => keys.every((key) => typeof (of as Values | null)?.[key] === "string");
+  const words = (of: unknown, keys: string[]) => keys.every((key) => typeof (of as Values | null)?.[key] === "string");
   return typeof holds === "boolean" && words(texts, ["date", "board", "firmware"]) && Array.isArray(checks) && checks.every((check) => words(check, ["check", "promised", "seen"]));
 }

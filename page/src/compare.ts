@@ -26,7 +26,7 @@ export class Compare {
 
   /** `begins` is called before the first trial. */
   constructor(private readonly app: App, begins: () => void) {
-    const asks = (text: string, what: string, keys: object = {}): HTMLButtonElement => button(text, () => void app.tell(`compare.${what}`, keys));
+    const asks = (text: string, what: string, keys: object = {}) => button(text, () => void app.tell(`compare.${what}`, keys));
     const start = button("Begin", () => {
       begins();
       void this.start();

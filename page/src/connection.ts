@@ -103,7 +103,7 @@ export class Connection {
     this.frames.delete(this.following);
     this.following = id;
     let picture: Frame | null = null;
-    const take = (frame: Frame): void => {
+    const take = (frame: Frame) => {
       picture = completed(picture, frame);
       if (picture === null) {
         this.follow(keys, done).catch((error: Error) => this.listener.unasked({ notice: error.message }));
@@ -153,7 +153,7 @@ export class Connection {
 export function latest<T>(send: (value: T) => Promise<unknown>, failed: (error: Error) => void): (value: T) => void {
   let busy = false;
   let next: { value: T } | null = null;
-  const run = (value: T): void => {
+  const run = (value: T) => {
     busy = true;
     send(value)
       .catch((error: Error) => failed(error))

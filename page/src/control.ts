@@ -112,13 +112,13 @@ export class ControlView implements ViewPart {
   private controllerFile: TextFile | null = null;
 
   constructor(private readonly app: App) {
-    const parse = (key: string, text: string): Promise<number> => app.connection.quantity(key, text);
+    const parse = (key: string, text: string) => app.connection.quantity(key, text);
     const { control } = app.state;
     const [low, high] = CONTROL_ENDS.crossover;
     this.crossover = new Knob({ label: "crossover", unit: "rad/s", ending: "_rad_s", log: true, least: low, most: high, value: control.crossover, help: "about 1.3 over the rise time", parse, changed: (crossover) => this.change({ crossover }) });
     const [least, most] = CONTROL_ENDS.margin;
     this.margin = new Knob({ label: "phase margin", unit: "°", ending: "_deg", least, most, value: control.margin, help: "more makes less overshoot", parse, changed: (margin) => this.change({ margin }) });
-    const bode = { lines: LINES, logX: true, group: "bode", xTexts: (ticks: number[]): string[] => ticks.map((tick) => number(tick, 2)) };
+    const bode = { lines: LINES, logX: true, group: "bode", xTexts: (ticks: number[]) => ticks.map((tick) => number(tick, 2)) };
     this.gain = new Chart({ ...bode, name: "Gain of the open loop over frequency" });
     this.phase = new Chart({ ...bode, name: "Phase of the open loop over frequency" });
     this.panel = app.connection.panel("control");
@@ -198,9 +198,9 @@ export class ControlView implements ViewPart {
 
   /** The files that count, each with a way to leave it out. */
   private drawFiles(): void {
-    const of = (file: TextFile | null, what: string, forget: () => void): Node[] => {
+    const of = (file: TextFile | null, what: string, forget: () => void) => {
       if (file === null) return [];
-      const leave = (): void => {
+      const leave = () => {
         forget();
         this.ask(this.app.state.control);
       };
@@ -269,7 +269,7 @@ export class ControlView implements ViewPart {
     this.file.disabled = designed === null;
     this.legend.lastElementChild?.toggleAttribute("hidden", designed?.own == null);
     this.drawSteps();
-    const over = (chart: Chart, of: (one: Candidate) => number[], within?: (all: number[]) => [number, number]): void => {
+    const over = (chart: Chart, of: (one: Candidate) => number[], within?: (all: number[]) => [number, number]) => {
       const { x, points } = joined(LINES.map((_, n) => ({ time: candidates[n]?.omega_rad_s ?? [], value: candidates[n] ? of(candidates[n]) : [] })));
       chart.draw(x, points, [x[0] ?? 1, x.at(-1) ?? 10], within?.(candidates.flatMap((one) => (one === null ? [] : of(one)))));
     };
@@ -292,8 +292,8 @@ export class ControlView implements ViewPart {
   private drawFigures({ fractional, integer, integer_reason: reason, own, sample_time_s: sample }: Designed): void {
     type Margins = NonNullable<Candidate["margins"]>;
     // Nothing is said of a loop that is not proved stable: "none" would be the best of margins.
-    const margin = (of: (margins: Margins) => string) => (one: Candidate): string => (one.margins ? of(one.margins) : "–");
-    const value = (given: number | null, unit: string): string => (given === null ? "none" : quantity(given, unit));
+    const margin = (of: (margins: Margins) => string) => (one: Candidate) => (one.margins ? of(one.margins) : "–");
+    const value = (given: number | null, unit: string) => (given === null ? "none" : quantity(given, unit));
     const rows: [string, (one: Candidate) => string][] = [
       ["verdict", (one) => one.verdict ?? "–"],
       ...Object.entries(GAINS).map(([key, name]): [string, (one: Candidate) => string] => [name, (one) => (one.gains === null ? "–" : number(one.gains[key] ?? 0, 4))]),
@@ -307,7 +307,7 @@ export class ControlView implements ViewPart {
       ["settled within 2 % at", (one) => (one.shape && one.shape.settling_time_s !== null ? quantity(one.shape.settling_time_s, "s") : "–")],
     ];
     const shown = own === null ? [fractional, integer] : [fractional, integer, own];
-    const cells = (of: (one: Candidate) => string): HTMLElement[] => shown.map((one) => el("td", {}, one === null ? "–" : of(one)));
+    const cells = (of: (one: Candidate) => string) => shown.map((one) => el("td", {}, one === null ? "–" : of(one)));
     const head = el("tr", {}, el("td"), ...shown.map((_, n) => el("th", { scope: "col" }, LINES[n]?.label ?? "")));
     const said = reason === null ? [] : [el("caption", { class: "hint" }, `No PID: ${reason}`)];
     const sampled = el("tr", {}, el("th", { scope: "row" }, "sample time"), el("td", { colspan: shown.length }, quantity(sample, "s")));
@@ -350,8 +350,8 @@ export class ControlView implements ViewPart {
   /** L from low frequencies on, in the circle that counts; +1 on both axes is a quarter of the picture. */
   private drawNyquist(): void {
     const size = 100 / NYQUIST;
-    const far = (value: number): number => Math.max(-1e4, Math.min(1e4, value));
-    const path = (one: Candidate): string => (one.open_real === undefined ? "" : `M${one.open_real.map((re, n) => `${far(re * size).toFixed(2)} ${far(-(one.open_imaginary?.[n] ?? 0) * size).toFixed(2)}`).join("L")}`);
+    const far = (value: number) => Math.max(-1e4, Math.min(1e4, value));
+    const path = (one: Candidate) => (one.open_real === undefined ? "" : `M${one.open_real.map((re, n) => `${far(re * size).toFixed(2)} ${far(-(one.open_imaginary?.[n] ?? 0) * size).toFixed(2)}`).join("L")}`);
     const curves = this.candidates.map((one, n) => {
       const curve = svg("path", { d: one === null ? "" : path(one) });
       set(curve, { stroke: `var(${LINES[n]?.colour ?? "--ink"})`, "stroke-dasharray": (LINES[n]?.dash ?? []).map((length) => length / 4).join(" ") });

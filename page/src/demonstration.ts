@@ -10,7 +10,7 @@ const PERIOD = PHASES.reduce((sum, phase) => sum + phase, 0);
 export function demonstrated(time: number): number {
   const [into = 1, hold = 1, out = 1] = PHASES;
   const t = ((time % PERIOD) + PERIOD) % PERIOD;
-  const smooth = (share: number): number => share * share * (3 - 2 * share);
+  const smooth = (share: number) => share * share * (3 - 2 * share);
   const share = t < into ? smooth(t / into) : t < into + hold ? 1 : t < into + hold + out ? smooth(1 - (t - into - hold) / out) : 0;
   return OUT_M + share * (DEPTH_M - OUT_M);
 }

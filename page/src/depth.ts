@@ -56,8 +56,8 @@ export class DepthPlot {
     // Where nothing pushes there is nothing to see.
     const [x0, x1] = span(this.tracks.map(({ depth, force }) => depth.filter((_, n) => force[n])));
     const [y0, y1] = span(this.tracks.map(({ force }) => force));
-    const x = (depth: number): number => EDGE.left + ((depth - x0) / (x1 - x0)) * width;
-    const y = (force: number): number => EDGE.top + ((y1 - force) / (y1 - y0)) * height;
+    const x = (depth: number) => EDGE.left + ((depth - x0) / (x1 - x0)) * width;
+    const y = (force: number) => EDGE.top + ((y1 - force) / (y1 - y0)) * height;
     const parts: SVGElement[] = [];
     const across = ticks(x0, x1, width / 60);
     tickTexts(across).forEach((text, n) => parts.push(svg("text", { x: x(across[n] ?? 0), y: this.height - 18, "text-anchor": "middle" }, text)));

@@ -53,9 +53,9 @@ export class DesignView implements ViewPart {
   private resting = 0;
 
   constructor(private readonly app: App) {
-    const parse = (key: string, text: string): Promise<number> => app.connection.quantity(key, text);
+    const parse = (key: string, text: string) => app.connection.quantity(key, text);
     for (const setting of SETTINGS) {
-      const changed = (value: number): void => this.change({ [setting.key]: value });
+      const changed = (value: number) => this.change({ [setting.key]: value });
       const [least, most] = DESIGN_ENDS[setting.key];
       this.knobs.set(setting.key, new Knob({ ...setting, least, most, value: app.state.design[setting.key], parse, changed }));
     }
@@ -64,7 +64,7 @@ export class DesignView implements ViewPart {
       axes: true,
       moved: (B, K) => this.change({ B, K }),
     });
-    const hertz = (ticks: number[]): string[] => ticks.map((tick) => (tick >= 1000 ? `${plain(tick / 1000)} kHz` : `${plain(tick)} Hz`));
+    const hertz = (ticks: number[]) => ticks.map((tick) => (tick >= 1000 ? `${plain(tick / 1000)} kHz` : `${plain(tick)} Hz`));
     const common = { lines: CURVES, logX: true, group: "design", xTexts: hertz };
     this.stiffness = new Chart({ ...common, name: "Effective stiffness over frequency" });
     this.damping = new Chart({ ...common, name: "Effective damping over frequency" });

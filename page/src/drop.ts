@@ -34,7 +34,7 @@ const SIZE_MOST = 15e6;
 
 /** Hears of files anywhere on the page. */
 export function listenForFiles(taken: (file: File) => void): void {
-  const marked = (on: boolean): void => void document.body.classList.toggle("dropping", on);
+  const marked = (on: boolean) => void document.body.classList.toggle("dropping", on);
   addEventListener("dragover", (event) => {
     event.preventDefault();
     marked(true);

@@ -76,8 +76,8 @@ function chart(picture: Picture, names: { text: string; height: number }): strin
   const [x0, x1] = span(picture.x);
   const [y0, y1] = span(picture.lines.flatMap((line) => line.points));
   const [left, right, top, bottom] = [EDGE.left, WIDTH - EDGE.right, EDGE.top + names.height, HEIGHT + names.height - EDGE.bottom];
-  const px = (x: number): number => left + ((x - x0) / (x1 - x0)) * (right - left);
-  const py = (y: number): number => bottom - ((y - y0) / (y1 - y0)) * (bottom - top);
+  const px = (x: number) => left + ((x - x0) / (x1 - x0)) * (right - left);
+  const py = (y: number) => bottom - ((y - y0) / (y1 - y0)) * (bottom - top);
   const [ink, grid] = [style("--mute"), style("--grid")];
   let text = `<text x="${left}" y="20" fill="${style("--ink")}" font-weight="600">${escaped(picture.title)}</text>${names.text}`;
   const [across, up] = [ticks(x0, x1, 6), ticks(y0, y1, 6)];

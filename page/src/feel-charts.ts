@@ -2,7 +2,7 @@
 
 import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
-import { times, values, type Points } from "./columns";
+import { times, values } from "./columns";
 import { DepthPlot } from "./depth";
 import { button, el, say } from "./dom";
 import { plain, steady, tickTexts } from "./format";
@@ -54,8 +54,8 @@ export class FeelCharts {
 
   constructor(private readonly app: App) {
     const common = {
-      xTexts: (ticks: number[]): string[] => this.timeTexts(ticks),
-      zoomed: (span: [number, number] | null): void => this.zoomTo(span),
+      xTexts: (ticks: number[]) => this.timeTexts(ticks),
+      zoomed: (span: [number, number] | null) => this.zoomTo(span),
       marks: (): { x: number; text: string }[] => this.marks.map((mark) => ({ x: mark.time_s - this.origin(), text: mark.text })),
       group: "feel",
     };
@@ -92,7 +92,7 @@ export class FeelCharts {
     if (!this.app.connection.ready) return;
     this.dirty = true;
     this.columns = this.forces.columns;
-    const taken = (frame: Frame): void => {
+    const taken = (frame: Frame) => {
       this.live = frame;
       this.dirty = true;
     };
@@ -135,7 +135,7 @@ export class FeelCharts {
     if (!this.dirty || live === null) return null;
     this.dirty = false;
     this.draw(this.still ?? live);
-    const now = (name: string): number => newestValue(live, this.channel(name));
+    const now = (name: string) => newestValue(live, this.channel(name));
     const newest = { time: end(live), position: now("position_m"), force: -now("force_n"), hand: now("hand_m") };
     if (!this.pointed && !Number.isNaN(newest.position)) {
       say(this.said.force, steady(Math.max(0, newest.force), 3, "N"));
@@ -149,7 +149,7 @@ export class FeelCharts {
   }
 
   private draw(frame: Frame): void {
-    const line = (name: string, factor: number): Points => {
+    const line = (name: string, factor: number) => {
       const index = this.channel(name);
       const [least, most] = [frame.least[index], frame.most[index]];
       return least && most ? values(least, most, factor) : [];

@@ -39,7 +39,7 @@ export class FeelControls {
   private readonly device = new Map<keyof Device, Knob>();
 
   constructor(private readonly app: App) {
-    const parse = (key: string, text: string): Promise<number> => app.connection.quantity(key, text);
+    const parse = (key: string, text: string) => app.connection.quantity(key, text);
     this.order = new Knob({
       label: "order μ", unit: "", ending: "", least: 0, most: 1, value: 0.5, beyond: true, parse,
       help: "0 is a spring, 1 a damper; between them it relaxes and remembers",
@@ -57,7 +57,7 @@ export class FeelControls {
     });
     for (const { key, ...setting } of DEVICE) {
       // Another device begins anew.
-      const changed = (value: number): void => app.dispatch({ do: "start", values: onDevice(app.state, key, value) });
+      const changed = (value: number) => app.dispatch({ do: "start", values: onDevice(app.state, key, value) });
       this.device.set(key, new Knob({ ...setting, value: 0, beyond: true, late: true, parse, changed }));
     }
     const knobs = [...this.device.values()].map(({ root }) => root);

@@ -33,7 +33,7 @@ export function readFrame(bytes: ArrayBuffer): Frame {
   const ticksPerColumn = view.getFloat64(24, true);
   const sampleTimeS = view.getFloat64(32, true);
   if (!(ticksPerColumn > 0) || !(sampleTimeS > 0)) throw new Error("a frame without a time scale");
-  const part = (index: number): Float32Array => new Float32Array(bytes, HEADER + 4 * columns * index, columns);
+  const part = (index: number) => new Float32Array(bytes, HEADER + 4 * columns * index, columns);
   return {
     request: view.getUint32(4, true),
     columns,
@@ -52,10 +52,10 @@ export function completed(before: Frame | null, frame: Frame): Frame | null {
   const { firstTick, pictureTick, ticksPerColumn } = frame;
   if (firstTick <= pictureTick) return frame;
   if (before === null || before.request !== frame.request || before.ticksPerColumn !== ticksPerColumn) return null;
-  const column = (tick: number): number => (tick - before.firstTick) / ticksPerColumn;
+  const column = (tick: number) => (tick - before.firstTick) / ticksPerColumn;
   const [from, to] = [Math.max(0, column(pictureTick)), column(firstTick)];
   if (to < from || to > before.columns) return null;
-  const joined = (old: Float32Array, now: Float32Array | undefined): Float32Array => {
+  const joined = (old: Float32Array, now: Float32Array | undefined) => {
     const all = new Float32Array(to - from + frame.columns);
     all.set(old.subarray(from, to));
     all.set(now ?? [], to - from);

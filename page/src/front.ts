@@ -92,7 +92,7 @@ export class FrontMap {
   }
 
   private nearest(x: number, y: number): number {
-    const distance = (wall: Wall): number => Math.hypot(...this.place(wall).map((value, axis) => value - (axis === 0 ? x : y)));
+    const distance = (wall: Wall) => Math.hypot(...this.place(wall).map((value, axis) => value - (axis === 0 ? x : y)));
     return this.walls.reduce((best, wall, index) => (distance(wall) < distance(this.walls[best] ?? wall) ? index : best), 0);
   }
 
@@ -105,7 +105,7 @@ export class FrontMap {
       const [cx, cy] = this.place(wall);
       return svg("circle", { cx, cy, r: 2.5, style: `fill: var(${this.colour(orders.indexOf(wall.order))})` });
     });
-    const text = (x: number, y: number, anchor: string, words: string): SVGElement => svg("text", { x, y, "text-anchor": anchor, class: "axis" }, words);
+    const text = (x: number, y: number, anchor: string, words: string) => svg("text", { x, y, "text-anchor": anchor, class: "axis" }, words);
     const [least, most] = this.ends.margin;
     const [softest, stiffest] = this.ends.stiffness;
     const { left, right, top, bottom } = EDGES;

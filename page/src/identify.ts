@@ -1,7 +1,7 @@
 // A record that someone measured: which tissue is it? Then it is kept, and felt.
 
 import { line } from "./answer";
-import type { App, TextFile } from "./app";
+import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate, joined } from "./columns";
 import type { Panel } from "./connection";
@@ -155,8 +155,8 @@ export class IdentifyPanel {
     if (!first) return;
     const name = this.records.map((record) => record.name).join(", ");
     say(this.state, `${name} is looked at …`);
-    const file = async (record: typeof first): Promise<TextFile> => ({ name: record.name, text: await record.text });
-    const asked = async (): Promise<object> => {
+    const file = async (record: typeof first) => ({ name: record.name, text: await record.text });
+    const asked = async () => {
       const more = await Promise.all(others.map(file));
       return { [question]: { ...(await file(first)), ...(more.length === 0 ? {} : { more }), ...(await this.fields.values()) } };
     };

@@ -41,7 +41,7 @@ export class Knob {
     this.range = el("input", { id, type: "range", min: 0, max: STEPS, step: 1 });
     this.field = el("input", { type: "text", class: "value", "aria-label": `${options.label}, with unit`, spellcheck: "false", autocomplete: "off" });
     this.root = el("div", { class: "knob" }, el("div", { class: "line" }, this.label, this.field), this.range, this.trouble);
-    const slid = (): number => this.fromStep(Number(this.range.value));
+    const slid = () => this.fromStep(Number(this.range.value));
     this.range.addEventListener("input", () => (options.late ? this.show(slid()) : this.take(slid())));
     if (options.late) this.range.addEventListener("change", () => this.take(slid()));
     this.field.addEventListener("change", () => void this.typed());
@@ -50,10 +50,6 @@ export class Knob {
     });
     this.field.addEventListener("focus", () => this.field.select());
     this.show(options.value);
-  }
-
-  get value(): number {
-    return this.current;
   }
 
   /** Shows a value. A slider that stands for it already is left alone: digits are rounded, its steps are not. */

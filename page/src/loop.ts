@@ -55,7 +55,7 @@ export class OwnLoop {
   }
 
   private async ask(what: "analyze" | "simulate"): Promise<void> {
-    const question = async (): Promise<object> => {
+    const question = async () => {
       const [reference, values] = await Promise.all([chosen(this.reference), this.fields.values()]);
       return { [what]: { ...this.given(values), ...(reference === null ? {} : { reference_file: reference }) } };
     };

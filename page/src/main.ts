@@ -48,7 +48,7 @@ class Page implements App {
 
   /** Makes the screen in pieces: what the socket says comes in between, so that the server starts the loop meanwhile. */
   private async show(): Promise<void> {
-    const others = (): Promise<void> => new Promise((resolve) => setTimeout(resolve));
+    const others = () => new Promise((resolve) => setTimeout(resolve));
     await others();
     const screen = new Screen(this);
     await others();

@@ -76,7 +76,7 @@ export class RegionMap {
     set(this.stable, { d: region.map((polygon) => this.path(polygon)).join("") });
     set(this.passive, { d: edge.length > 0 ? this.path([...edge, [0, 0]]) : "" });
     const [bMost, kMost] = this.most;
-    const place = (text: SVGElement, [x, y]: [number, number]): void => set(text, { x, y });
+    const place = (text: SVGElement, [x, y]: [number, number]) => set(text, { x, y });
     place(stable, this.coordinates(...centre(region[0] ?? [])));
     stable.style.display = region.length > 0 ? "" : "none";
     const [passiveWide] = edge.at(-1) ?? [0];
@@ -101,10 +101,10 @@ export class RegionMap {
   private drawAxes(): void {
     const { left, right, top, bottom } = this.edges();
     const lines: SVGElement[] = [];
-    const line = (x1: number, y1: number, x2: number, y2: number): void => {
+    const line = (x1: number, y1: number, x2: number, y2: number) => {
       lines.push(svg("line", { x1, y1, x2, y2, class: "grid" }));
     };
-    const text = (x: number, y: number, anchor: string, label: string): void => {
+    const text = (x: number, y: number, anchor: string, label: string) => {
       lines.push(svg("text", { x, y, "text-anchor": anchor, class: "axis" }, label));
     };
     if (this.options.axes) {
@@ -151,12 +151,12 @@ export class RegionMap {
     set(this.point, { tabindex: 0, role: "slider", "aria-label": "Operating point", "aria-valuenow": 0, "aria-valuemin": 0, "aria-valuemax": 1 });
     this.root.classList.add("live");
     this.root.setAttribute("role", "group");
-    const to = (event: PointerEvent): void => {
+    const to = (event: PointerEvent) => {
       const { left, top } = this.root.getBoundingClientRect();
       const edges = this.edges();
       const x = (event.clientX - left - edges.left) / (this.width - edges.left - edges.right);
       const y = (this.height - edges.bottom - (event.clientY - top)) / (this.height - edges.top - edges.bottom);
-      const within = (share: number, most: number): number => Number((Math.min(1, Math.max(0, share)) * most).toPrecision(4));
+      const within = (share: number, most: number) => Number((Math.min(1, Math.max(0, share)) * most).toPrecision(4));
       moved(within(x, this.most[0]), within(y, this.most[1]));
     };
     this.root.addEventListener("pointerdown", (event) => {
@@ -174,7 +174,7 @@ export class RegionMap {
       if (!way) return;
       event.preventDefault();
       event.stopPropagation();
-      const next = (value: number, most: number, by: number): number => Number(Math.max(0, value + by * step * most).toPrecision(6));
+      const next = (value: number, most: number, by: number) => Number(Math.max(0, value + by * step * most).toPrecision(6));
       moved(next(this.at[0], this.most[0], way[0] ?? 0), next(this.at[1], this.most[1], way[1] ?? 0));
     });
   }
@@ -192,6 +192,6 @@ function reach(walls: Walls, at: [number, number]): [number, number] {
 
 /** Somewhere in the middle of a polygon. */
 function centre(polygon: [number, number][]): [number, number] {
-  const mean = (axis: 0 | 1): number => polygon.reduce((sum, point) => sum + point[axis], 0) / Math.max(1, polygon.length);
+  const mean = (axis: 0 | 1) => polygon.reduce((sum, point) => sum + point[axis], 0) / Math.max(1, polygon.length);
   return [0.9 * mean(0), mean(1)];
 }

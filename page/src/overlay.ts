@@ -67,7 +67,7 @@ export class Overlay {
   private round = 0;
 
   constructor(private readonly app: App) {
-    const file = (text: string, act: (name: string) => void): HTMLButtonElement => button(text, () => act(this.runs.map(({ name }) => plainName(name)).join("+") || "runs"), { class: "small" });
+    const file = (text: string, act: (name: string) => void) => button(text, () => act(this.runs.map(({ name }) => plainName(name)).join("+") || "runs"), { class: "small" });
     const [above, below] = this.parts;
     const files = el(
       "span",
@@ -154,7 +154,7 @@ export class Overlay {
     const judged = choice.endsWith(JUDGED);
     const runs = this.runs.filter((run) => (judged ? hasTheory(run) : members(choice, run.channels).length > 0));
     part.curves = runs.flatMap((run) => (judged ? [choice] : members(choice, run.channels)).map((channel) => ({ run, channel, theory: false, judged })));
-    const behind = (channel: string, of: OpenRun[]): Curve[] => of.map((run) => ({ run, channel, theory: true, judged }));
+    const behind = (channel: string, of: OpenRun[]) => of.map((run) => ({ run, channel, theory: true, judged }));
     if (judged) part.curves.unshift(...behind("closed form", runs), ...behind(RECORD, runs.filter((run) => run.curves?.record)));
     const key = JSON.stringify([choice, part.curves.map(({ run, channel }) => [run.name, channel])]);
     if (key !== part.key) this.makeChart(part);

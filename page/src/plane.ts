@@ -122,11 +122,11 @@ export class PlaneView {
 
   private async fetch(run: OpenRun, zoom: readonly [number, number] | null): Promise<Track> {
     const { across, up, through } = this.axes();
-    const pair = (field: string): string[] => [across, up].map((axis) => field.replace("*", NAMES[axis] ?? "x"));
+    const pair = (field: string) => [across, up].map((axis) => field.replace("*", NAMES[axis] ?? "x"));
     const channels = [...pair("position_*_m"), ...pair("reference_*_m"), ...pair("commanded_force_*_n"), `position_${NAMES[Math.max(0, through)]}_m`, "commanded_force_norm_n"];
     const span = zoom === null ? {} : { from_s: Math.max(run.first_s, zoom[0]), to_s: Math.min(run.last_s, zoom[1]) };
     const frame = await this.app.connection.frame({ source: run.name, ...span, columns: Math.min(COLUMNS, this.app.state.hello?.view_columns_most ?? COLUMNS), channels });
-    const at = (channel: number): Points => values(frame.least[channel] ?? new Float32Array(), frame.most[channel] ?? new Float32Array());
+    const at = (channel: number) => values(frame.least[channel] ?? new Float32Array(), frame.most[channel] ?? new Float32Array());
     return { time: times(frame), place: [at(0), at(1)], hand: [at(2), at(3)], force: [at(4), at(5)], through: at(6), norm: at(7) };
   }
 
@@ -155,7 +155,7 @@ export class PlaneView {
   }
 
   private bounds(track: Track): [[number, number], [number, number]] {
-    const size = (both: [number, number][]): number => Math.max(...both.map(([low, high]) => high - low));
+    const size = (both: [number, number][]) => Math.max(...both.map(([low, high]) => high - low));
     let both = ([0, 1] as const).map((axis): [number, number] => {
       const [low, high] = ends([...track.place[axis], ...track.hand[axis]]);
       const middle = Number.isFinite(low) ? low : 0;

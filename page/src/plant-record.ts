@@ -110,7 +110,7 @@ export class PlantRecord {
   }
 
   private async ask(): Promise<void> {
-    const question = async (): Promise<object> => {
+    const question = async () => {
       const [record, other] = await Promise.all([chosen(this.record), chosen(this.other)]);
       return { plant_record: { ...record, ...(other === null ? {} : { more: [other] }), ...(await this.fields.values()) } };
     };

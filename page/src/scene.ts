@@ -169,14 +169,14 @@ export class Scene {
 
   private dimple(r: number, wide: number, half: number): number {
     const a = 0.2 * half * wide;
-    const shape = (s: number): number => (1 + (s / a) ** 2) ** -0.9;
+    const shape = (s: number) => (1 + (s / a) ** 2) ** -0.9;
     // The rim stays where it is.
     return (shape(r) - shape(half)) / (1 - shape(half));
   }
 
   private listen(): void {
     const { root } = this;
-    const position = (event: PointerEvent): number => {
+    const position = (event: PointerEvent) => {
       const { left } = root.getBoundingClientRect();
       const radius = Math.max(11, 0.032 * this.width);
       return FROM + ((event.clientX - left + radius) / this.width) * (TO - FROM);
@@ -193,7 +193,7 @@ export class Scene {
     root.addEventListener("pointermove", (event) => {
       if (root.hasPointerCapture(event.pointerId)) this.options.hand(this.within(position(event)), true);
     });
-    const release = (event: PointerEvent): void => {
+    const release = (event: PointerEvent) => {
       if (!root.classList.contains("held")) return;
       root.classList.remove("held");
       this.options.hand(this.within(position(event)), false);
@@ -239,7 +239,7 @@ export class Scene {
         return;
       }
     }
-    const way = (keys: string[]): number => (keys.some((key) => this.keys.has(key)) ? 1 : 0);
+    const way = (keys: string[]) => (keys.some((key) => this.keys.has(key)) ? 1 : 0);
     const direction = way(["ArrowRight", "ArrowDown"]) - way(["ArrowLeft", "ArrowUp"]);
     this.keyed = this.within(this.keyed + direction * elapsed * KEY_SPEED * (this.fine ? 0.1 : 1));
     this.options.hand(this.keyed, true);

@@ -19,7 +19,7 @@ const ARM_ATTEMPTS = 4;
 const LOOK_MS = 200;
 
 /** The folds of the views that were shown. */
-const folds = (): HTMLDetailsElement[] => [...document.querySelectorAll<HTMLDetailsElement>("details[data-fold]")];
+const folds = () => [...document.querySelectorAll<HTMLDetailsElement>("details[data-fold]")];
 
 export class Screen {
   private readonly shell: Shell;

@@ -41,7 +41,7 @@ export function shapeOf(metadata: Values): Shape | null {
 
 /** The cut at a place of the third axis, m. */
 export function cutOf(shape: Shape, { across, up, through }: Axes, at: number): Cut {
-  const part = (vector: number[], axis: number): number => vector[axis] ?? 0;
+  const part = (vector: number[], axis: number) => vector[axis] ?? 0;
   if (shape.kind === "ball") {
     const off = through < 0 ? 0 : at - part(shape.centre, through);
     const squared = shape.radius ** 2 - off ** 2;

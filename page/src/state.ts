@@ -334,14 +334,14 @@ export function startOf(values: ReadonlyMap<string, string>, tissues: Tissue[]):
 }
 
 function runsOf(values: ReadonlyMap<string, string>): Shown {
-  const text = (key: string): string => values.get(key) ?? "";
+  const text = (key: string) => values.get(key) ?? "";
   const [from, to] = [numberOf(values, "from"), numberOf(values, "to")];
   const span = from !== undefined && to !== undefined && from < to ? ([from, to] as const) : null;
   return { open: text("open").split(",").filter((name) => name !== ""), answer: text("answer"), above: text("above"), below: text("below"), span };
 }
 
 function controlOf(values: ReadonlyMap<string, string>, control: Control): Control {
-  const within = (key: "crossover" | "margin"): number => {
+  const within = (key: "crossover" | "margin") => {
     const [least, most] = CONTROL_ENDS[key];
     return Math.min(most, Math.max(least, numberOf(values, key) ?? control[key]));
   };

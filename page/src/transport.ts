@@ -45,7 +45,7 @@ export function byWorkers(file: string): (told: Told) => Transport {
     const workers = ["loop", "panels"].map((name) => new Worker(file, { name }));
     const [loop, panels] = workers as [Worker, Worker];
     const waits = new Set(workers);
-    const end = (reason: string): void => {
+    const end = (reason: string) => {
       for (const worker of workers) worker.terminate();
       const were = waits.size > 0 || transport.isOpen;
       transport.isOpen = false;

@@ -44,6 +44,10 @@ const runs = async (page) => {
   await page.locator(".form button[type=submit]").click();
   await says(page.locator(".runs-list .progress"), /is done/, "the run does not end", 60_000);
 };
+/** Keeps a picture for whoever names a folder for them. */
+const pictured = (page, name) => process.env.PICTURES && page.screenshot({ path: `${process.env.PICTURES}/${name}.png` });
+/** The mouse goes to shares of a box. */
+const aim = (page, { x, y, width, height }, across, up, steps = 1) => page.mouse.move(x + across * width, y + up * height, { steps });
 const depth = (page) => page.locator(".scene").getAttribute("aria-valuenow").then(Number);
 const force = async (page) => {
   const text = await page.locator(".scene").getAttribute("aria-valuetext");
@@ -469,11 +473,11 @@ visit("markers, cursor values and zoom", "", async (page) => {
   await page.keyboard.press("m");
   const chart = page.locator(".chart[aria-label='Force over time'] .u-over");
   const box = await chart.boundingBox();
-  await page.mouse.move(box.x + box.width * 0.98, box.y + box.height / 2);
+  await aim(page, box, 0.98, 0.5);
   await says(page.locator(".right h2").first(), / at /, "no cursor value");
-  await page.mouse.move(box.x + box.width * 0.9, box.y + box.height / 2);
+  await aim(page, box, 0.9, 0.5);
   await page.mouse.down();
-  await page.mouse.move(box.x + box.width * 0.99, box.y + box.height / 2, { steps: 5 });
+  await aim(page, box, 0.99, 0.5, 5);
   await page.mouse.up();
   await until(() => page.locator("text=show now").isVisible(), "it does not zoom");
   const scale = await until(() => page.evaluate(() => {
@@ -499,9 +503,9 @@ visit("Design: a region follows the slider, the point is dragged, units are read
   await until(async () => (await region.getAttribute("d")) !== before, "the region does not follow");
 
   const box = await page.locator(".design svg.map").boundingBox();
-  await page.mouse.move(box.x + box.width * 0.3, box.y + box.height * 0.7);
+  await aim(page, box, 0.3, 0.7);
   await page.mouse.down();
-  await page.mouse.move(box.x + box.width * 0.95, box.y + box.height * 0.1, { steps: 6 });
+  await aim(page, box, 0.95, 0.1, 6);
   await page.mouse.up();
   const every = () => page.locator(".design .figures dt", { hasText: "every motion" }).locator("xpath=following-sibling::dd[1]").textContent();
   await says(page.locator(".design .verdict"), /unstable/, "far outside is not unstable");
@@ -584,14 +588,14 @@ visit("Runs: one is started from a form, watched, opened, laid over another, and
   await until(async () => (await page.locator(".overlay .legend").first().textContent()).startsWith("contact force, N"), "no such curve");
   // The cursor says the values, and a zoom chooses the samples.
   const box = await page.locator(".overlay .u-over").first().boundingBox();
-  await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.5 * box.height);
+  await aim(page, box, 0.5, 0.5);
   await says(page.locator(".overlay .legend b").first(), /^−?[\d.·⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$/, "no value at the cursor");
   const at = Number(/at ([\d.]+) s/.exec(await page.locator(".overlay h2 span").first().textContent())[1]);
   assert.ok(Math.abs(at - (first + last) / 2) < 0.02 * (last - first), `${at}`);
   const said = Number((await page.locator(".overlay .legend b").last().textContent()).replace("−", "-").replace(/·10.*/, ""));
   assert.ok(Number.isFinite(said));
   await page.mouse.down();
-  await page.mouse.move(box.x + 0.75 * box.width, box.y + 0.5 * box.height, { steps: 5 });
+  await aim(page, box, 0.75, 0.5, 5);
   await page.mouse.up();
   await until(() => page.locator("text=show all").isVisible(), "no zoom");
   const part = (await kept("CSV")).trim().split("\n").slice(1).map((line) => Number(line.split(",")[0]));
@@ -648,12 +652,12 @@ visit("Runs: a log with two axes shows components, the norm, and the plane with 
   // The cursor of a chart is a place in the plane, with the force there.
   const before = await page.locator(".plane-card h2 span").textContent();
   const box = await page.locator(".overlay .u-over").first().boundingBox();
-  await page.mouse.move(box.x + 0.4 * box.width, box.y + 0.5 * box.height);
+  await aim(page, box, 0.4, 0.5);
   await until(async () => (await page.locator(".plane-card h2 span").textContent()) !== before, "the cursor does nothing");
   assert.match(await page.locator(".plane-card h2 span").textContent(), /N at [0-9.]+ s/);
   // A zoom in time draws that part of the path strongly, the rest behind it.
   await page.mouse.down();
-  await page.mouse.move(box.x + 0.6 * box.width, box.y + 0.5 * box.height, { steps: 5 });
+  await aim(page, box, 0.6, 0.5, 5);
   await page.mouse.up();
   await until(async () => ((await page.locator(".plane .track.whole").getAttribute("d")) ?? "").length > 500, "no zoom");
   await page.keyboard.press("Escape");
@@ -661,7 +665,7 @@ visit("Runs: a log with two axes shows components, the norm, and the plane with 
   // A component by itself.
   await page.locator("select[aria-label='Channel above']").selectOption("commanded_force_y_n");
   await until(async () => (await page.locator(".overlay .legend").first().textContent()) === "commanded force y, N", "no component by itself");
-  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/touch.png` });
+  await pictured(page, "touch");
 });
 
 visit("Runs: a Z-width is asked for from its form and answered by map and tables, and stays in the list", "#runs", async (page) => {
@@ -679,7 +683,7 @@ visit("Runs: a Z-width is asked for from its form and answered by map and tables
   assert.ok((await page.locator(".answer tbody tr").first().textContent()).length > 3);
   assert.equal(JSON.parse(await downloaded(page, page.locator(".answer button", { hasText: "JSON" }))).orders.length, 2);
   assert.match(page.url(), /answer=zwidth/);
-  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/zwidth.png` });
+  await pictured(page, "zwidth");
   // Away, and back by the list.
   await page.locator("button", { hasText: "New run" }).click();
   await page.locator(".list .row", { hasText: "zwidth" }).first().click();
@@ -702,7 +706,7 @@ visit("Runs: of the walls that none beats one is chosen by key and click, and fe
   await page.mouse.click(dot.x + dot.width / 2, dot.y + dot.height / 2);
   await until(async () => (await words.textContent()) !== second, "a click chooses none");
   const stiffness = / K = ([\d.]+) N\/m/.exec(await words.textContent())[1];
-  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/front.png` });
+  await pictured(page, "front");
   await page.locator(".answer button", { hasText: "Use in the loop" }).click();
   await until(async () => new RegExp(`K=${stiffness.slice(0, 3)}`).test(page.url()), `it is not felt: ${page.url()}`);
 });
@@ -718,7 +722,7 @@ visit("a CSV that is dropped is identified; one that is none is refused with a s
   await until(async () => (await page.locator(".identify p.trouble").count()) === 1, "a force without a specimen is not refused", 30_000);
   await page.getByText("How it is read").click();
   await says(page.locator(".identify .result table").first(), /position_m/, "its columns are not explained");
-  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/explained.png` });
+  await pictured(page, "explained");
   const field = (name) => page.locator(".identify .fields label", { hasText: name });
   await field(/^loading/).locator("select").selectOption("sphere");
   assert.equal(await field(/^half angle/).isVisible(), false);
@@ -726,7 +730,7 @@ visit("a CSV that is dropped is identified; one that is none is refused with a s
   await field(/^indenter radius/).locator("input").fill("4 mm");
   await field(/^indenter radius/).locator("input").blur();
   await says(page.locator(".identify .hint").first(), /sphere\.csv: record, 200 samples, Young's modulus/, "the indentation is not identified", 30_000);
-  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/identify.png` });
+  await pictured(page, "identify");
   await drop("GIF89a\u0000\u0001 no table at all", "picture.csv");
   await until(async () => (await page.locator(".identify p.trouble").allTextContents()).join("").length > 10, "garbage is not refused", 15_000);
 });
@@ -836,7 +840,7 @@ visit("a certificate that is dropped is shown", "#runs", async (page) => {
   await dropped(page, JSON.stringify(report), "pico.json");
   await says(page.locator(".answer .verdict"), /rp2040: every promise was kept/, "it is not shown");
   assert.match(await page.locator(".answer-body").textContent(), /a1ef9414.*armyesno forcenone/s);
-  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/certificate.png` });
+  await pictured(page, "certificate");
 });
 
 test("axe finds nothing in any view, at any size, light and dark", async () => {

@@ -154,11 +154,6 @@ def test_a_design_is_that_of_the_command_and_says_what_it_misses() -> None:
     assert typed.report["notes"][0].startswith('plant "1/2(s+2)')
     device = design(crossover_rad_s=50.0, mass_kg=0.065, damping_n_s_per_m=3.5, delay_s=1e-3)
     assert device.report["stable"] is True and "0.065" in device.report["plant"]
-    for given, said in [({}, "no plant: give `plant`"), ({"mass_kg": 1.0, "plant": oven}, "`mass_kg` belongs to a device")]:
-        with pytest.raises(ValueError, match=said):
-            design(crossover_rad_s=1.0, **given)
-    with pytest.raises(ValueError, match="`crossover_rad_s` is missing"):
-        design(oven)
 
 
 def test_a_wish_is_taken_with_its_unit_and_without_that_of_its_key() -> None:
@@ -166,7 +161,6 @@ def test_a_wish_is_taken_with_its_unit_and_without_that_of_its_key() -> None:
     same = design("0.55exp(-s)/(62s+1)", 0.1, math.radians(65))
     assert found == same
     for given, error, text in [
-        ({"crossover_rad_s": "0.1 Hertz"}, ValueError, "is not an angular frequency"),
         ({"crossover_rad_s": 0.1, "phase_margin": 65}, ValueError, "write 65deg"),
         ({"bandwidth": 0.1}, TypeError, "did you mean `crossover_rad_s`"),
         ({"crossover": 0.1, "crossover_rad_s": 0.1}, TypeError, "given twice"),
@@ -246,7 +240,6 @@ def test_a_cell_comes_back_from_its_impedance(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("given", "text"),
     [
-        ({"delay_s": -1.0}, "`delay_s` = -1 is not from 0 to 86400 s"),
         ({"columns": "input=valve"}, "columns belong to tables"),
         ({"validate": ([0.0, 1.0], [1.0])}, "give \\(t, u, y\\)"),
     ],
@@ -266,8 +259,6 @@ def test_a_record_of_a_plant_is_refused_as_the_command_refuses_it(given, text: s
         (lambda: TransferFunction.from_control(ct.tf([1], [1, 1], 0.1)), "discrete"),
         (lambda: plant(3), "a int is no plant"),
         (lambda: plant("1/(s+1)", 1.0), "dead time"),
-        (lambda: plant(TransferFunction("1/(s+1)"), -1.0), "dead time"),
-        (lambda: design(plant("1/(s+1)"), 1.0, noise="10"), "`noise`: \"10\" is not FREQUENCY:GAIN"),
         (lambda: simulate("1/(s+1)", Pid(0.01, proportional=1.0), reference=[[1.0]]), "reference has the shape"),
         (lambda: analyze("1/(s+1)", mass_kg=1.0), "`mass_kg` belongs to a device"),
         (lambda: analyze(3), "a int is no plant here: give a Plant, a text or a path"),

@@ -292,9 +292,6 @@ def test_a_cut_log_is_read_as_far_as_it_goes(tmp_path) -> None:
         (lambda: experiment.relax(strian=0.5), "strian"),
         (lambda: experiment.relax(strain=[0.5]), "strain is an array, not a number"),
         (lambda: experiment.relax(tissue="jelly"), "jelly"),
-        (lambda: experiment.wall(mass_kg=1.0), "missing|give"),
-        (lambda: experiment.relax(**SHORT, force_unstable=True), "serial devices"),
-        (lambda: experiment.zwidth(order=1.0), "order"),
         (lambda: log.read_log(__file__), "MCAP"),
     ],
 )

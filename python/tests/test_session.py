@@ -26,9 +26,13 @@ WALLS = [
 PRESS = [(0.0, -5e-3), (0.2, 5e-3), (0.7, 5e-3), (0.9, -5e-3)]
 
 
+def opened(folder: Path, name: str = "p07.mcap", **keys: object) -> session.Session:
+    return session.open(force_limit="2 N", log=folder / name, **keys)
+
+
 def test_what_is_felt_is_what_the_log_has(tmp_path: Path) -> None:
     seen: list[int] = []
-    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+    with opened(tmp_path) as s:
         s.allow(WALLS)
         s.hand(PRESS)
         first = s.feel(WALLS[0], seconds=0.5, surface="1 mm", progress=seen.append)
@@ -69,7 +73,7 @@ def test_what_is_felt_is_what_the_log_has(tmp_path: Path) -> None:
 
 
 def test_a_rating_is_a_number_of_its_scale_and_stands_in_the_log_once(tmp_path: Path) -> None:
-    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+    with opened(tmp_path) as s:
         s.allow(WALLS[:1])
         s.hand(PRESS)
         s.feel(WALLS[0], seconds=0.5)
@@ -108,7 +112,7 @@ def test_a_rating_is_a_number_of_its_scale_and_stands_in_the_log_once(tmp_path: 
 
 def test_the_same_session_is_the_same_log_bit_for_bit(tmp_path: Path) -> None:
     def run(name: str) -> np.ndarray:
-        with session.open(force_limit="2 N", log=tmp_path / name, sensor_noise_m=1e-6, seed=3) as s:
+        with opened(tmp_path, name, sensor_noise_m=1e-6, seed=3) as s:
             s.allow(WALLS)
             s.hand(PRESS)
             for wall in WALLS:
@@ -143,7 +147,7 @@ def test_the_same_session_is_the_same_log_bit_for_bit(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_wrong_is_refused_in_a_line_and_without_a_force(call, error: type, text: str, tmp_path: Path) -> None:
-    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+    with opened(tmp_path) as s:
         s.allow(WALLS[:1])
         with pytest.raises(error, match=text) as caught:
             call(s)
@@ -166,11 +170,11 @@ def on_thread(call) -> None:
 
 def test_a_stop_from_progress_is_refused_and_ends_the_session_and_one_from_a_thread_is_obeyed(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="^progress cannot call"):
-        with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+        with opened(tmp_path) as s:
             s.allow(WALLS)
             s.feel(WALLS[0], seconds=1e6, progress=lambda _: s.stop())
     with pytest.raises(RuntimeError, match="interrupted.*its log"):
-        with session.open(force_limit="2 N", log=tmp_path / "p08.mcap") as s:
+        with opened(tmp_path, "p08.mcap") as s:
             s.allow(WALLS)
             timer = threading.Timer(0.2, s.stop)
             timer.start()
@@ -199,7 +203,7 @@ def test_a_wall_that_the_touch_cannot_pay_for_is_said_to_be_softer(tmp_path: Pat
 
 
 def test_a_wall_that_nobody_touches_was_no_trial(tmp_path: Path) -> None:
-    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+    with opened(tmp_path) as s:
         s.allow(WALLS)
         felt = s.feel(WALLS[0], seconds=0.5)
         assert not felt.touched and felt.exact_share is None and felt.peak_force_n is None
@@ -253,7 +257,7 @@ def test_a_signal_closes_the_log_of_a_simulation_too(number: str, tmp_path: Path
 
 def test_a_fault_ends_the_session_and_keeps_its_log(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="faster than its limit.*the session ended at.*its log"):
-        with session.open(force_limit="2 N", log=tmp_path / "p07.mcap", speed_limit_m_per_s=0.02) as s:
+        with opened(tmp_path, speed_limit_m_per_s=0.02) as s:
             s.allow(WALLS)
             s.hand(PRESS)
             s.feel(WALLS[0], seconds=3)
@@ -262,7 +266,7 @@ def test_a_fault_ends_the_session_and_keeps_its_log(tmp_path: Path) -> None:
 
 
 def test_a_handle_that_stays_is_waited_for_with_patience(tmp_path: Path) -> None:
-    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+    with opened(tmp_path) as s:
         s.allow(WALLS)
         s.hand([(0.0, -5e-3), (0.2, 5e-3), (2.0, 5e-3), (2.2, -5e-3)])
         s.feel(WALLS[0], seconds=0.5)
@@ -279,7 +283,7 @@ def test_ctrl_c_lets_go_and_closes_the_log(tmp_path: Path) -> None:
     timer.start()
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
-        with session.open(force_limit="2 N", log=tmp_path / "p07.mcap", realtime=True) as s:
+        with opened(tmp_path, realtime=True) as s:
             s.allow(WALLS)
             s.hand(PRESS)
             s.feel(WALLS[0], until=lambda: False)
@@ -431,7 +435,7 @@ def solid(order: float, spring_pa: float, branch_pa: float, time_s: float) -> ti
 
 
 def test_any_tissue_between_two_that_are_proved_is_felt(tmp_path: Path) -> None:
-    with session.open(force_limit="2 N", log=tmp_path / "p07.mcap") as s:
+    with opened(tmp_path) as s:
         s.allow_between({"tissue": solid(0.2, 2e3, 2e3, 0.01)}, {"tissue": solid(0.9, 2e4, 3e4, 1.0)})
         s.allow([{"tissue": solid(0.5, 5e3, 1e4, 0.1), "scheme": "grunwald:300"}, {"tissue": "prostate-healthy"}])
         s.hand([(0.0, -5e-3), (0.3, 3e-3), (6.0, 3e-3)])

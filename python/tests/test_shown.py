@@ -134,7 +134,6 @@ def test_every_part_of_a_device_is_read() -> None:
     ("call", "error", "text"),
     [
         (lambda: analysis.Device("65 mm"), ValueError, 'mass_kg: "65 mm" is a length, not a mass: .* kg, g'),
-        (lambda: analysis.Device("-65 g"), ValueError, "mass -0.065 kg is not above 0"),
         (lambda: analysis.Device(65), ValueError, "mass_kg: 65 has no unit: write 65g, or 65kg if it is that"),
         (lambda: analysis.Device(mass=65.0), ValueError, "mass_kg: 65 has no unit"),
         (lambda: analysis.Device(*[0.1] * 6), TypeError, "has 5 numbers"),
@@ -161,14 +160,6 @@ def test_experiments_take_texts_with_units_and_keys_without() -> None:
             experiment.wall(mass=mass, **loop)
     heavy = experiment.wall(mass_kg=65, **loop)["position_m"].tolist()
     assert heavy == experiment.wall(mass="65 kg", **loop)["position_m"].tolist()
-    with pytest.raises(ValueError, match='sample_time_s: "1 kg" is a mass, not a time'):
-        experiment.relax(sample_time="1 kg")
-    with pytest.raises(ValueError, match="strain: .*write 0.05, without a comma"):
-        experiment.relax(strain="0,05")
-    with pytest.raises(ValueError, match="did you mean `stiffness_n_per_m`"):
-        experiment.wall(mass="65 g", sample_time="1ms", stifness=3, **wall)
-    with pytest.raises(ValueError, match="did you mean `liver`"):
-        experiment.relax(tissue="Liver")
 
 
 @pytest.mark.parametrize("key", ["tissue", "against", "library", "device_model"])
@@ -190,12 +181,9 @@ def test_an_order_and_a_stiffness_are_those_of_the_piece() -> None:
     [
         (lambda: control.plant(operators.Operator(0.5, T)), "an Operator is D^μ alone"),
         (lambda: control.plant(analysis.Device("65 g")), "a Device is what analysis.Loop"),
-        (lambda: analysis.region(operators.Operator(0.5, T), 0.5, T), "an Operator is D^μ alone"),
         (lambda: analysis.region(control.plant("1/(s+1)"), 0.5, T), "a control.Plant is what control.design"),
         (lambda: analysis.Loop(control.TransferFunction("1/(s+1)"), 1.0, 1.0, 0.5, T), "becomes what they take by control.plant"),
         (lambda: analysis.Loop(tissue.find("liver"), 1.0, 1.0, 0.5, T), "a Material is what a wall renders"),
-        (lambda: operators.to_control(control.plant("1/(s+1)")), "a control.Plant is what"),
-        (lambda: operators.state_space(analysis.Device("65 g")), "a Device is what"),
         (lambda: operators.state_space(0.5), "a float is no operator"),
     ],
 )

@@ -11,8 +11,7 @@ mod absent;
 mod held;
 mod ran;
 
-use crate::channels::places;
-use crate::dropped::{can_be_felt, looked_at, of_file};
+use crate::dropped::{looked_at, named, of_file};
 use crate::feel::state::idle;
 use crate::feel::{CHANNELS, DeviceNumbers, FeelChange, FeelSettings, felt, pyramid_size};
 use crate::form::{Asker, forms};
@@ -26,7 +25,7 @@ use crate::words::answered;
 use absent::{NO_FILES, needs};
 use haptic_document::Failure;
 use haptic_quantity::parse_for_key;
-use haptic_tissue::{Library, Material, MaterialError};
+use haptic_tissue::{Library, MaterialError};
 use held::HeldLoop;
 use ran::{VirtualRun, kind, run_forms};
 use serde_json::{Value, json};
@@ -344,12 +343,8 @@ impl Alone {
         if view.source != LIVE {
             let run = self.run_of(&view.source)?;
             let (samples, sample_time_s) = run.span();
-            let mut channels = run.channels.drawn();
-            let mut columns = run.pyramid.columns(view.span(samples, sample_time_s)?);
-            if let Some(wanted) = &view.channels {
-                columns = columns.chosen(&places(wanted, &channels)?);
-                channels.clone_from(wanted);
-            }
+            let columns = run.pyramid.columns(view.span(samples, sample_time_s)?);
+            let (channels, columns) = view.chosen(run.channels.drawn(), columns)?;
             let frame = frame(number, &columns, sample_time_s);
             self.out.push_back(ToPage::Frame(frame));
             return Ok(json!({"channels": channels}));
@@ -370,10 +365,7 @@ impl Alone {
     /// Keeps a tissue under a name of its own, as long as the page is there.
     fn keep(&mut self, name: &str, text: &str) -> Result<(), Failure> {
         let path = Path::new("the tissue");
-        let mut tissue = Material::parse(path, text).map_err(Failure::input)?;
-        name.clone_into(&mut tissue.name);
-        let tissue = Material::parse(path, &tissue.to_toml()).map_err(Failure::input)?;
-        can_be_felt(&tissue)?;
+        let tissue = named(path, name, text)?;
         self.library.add(path, tissue).map_err(Failure::input)
     }
 }

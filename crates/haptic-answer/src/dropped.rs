@@ -44,6 +44,18 @@ pub fn can_be_felt(tissue: &Material) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The tissue of a text under a name of its own, if it can be felt; `path` is where its file will be.
+///
+/// # Errors
+/// A text that is no tissue, an unknown name, a tissue that cannot be felt.
+pub fn named(path: &Path, name: &str, text: &str) -> Result<Material, Failure> {
+    let mut tissue = Material::parse(Path::new("the tissue"), text).map_err(Failure::input)?;
+    name.clone_into(&mut tissue.name);
+    let tissue = Material::parse(path, &tissue.to_toml()).map_err(Failure::input)?;
+    can_be_felt(&tissue)?;
+    Ok(tissue)
+}
+
 /// The experiment of a file as the page has it: kind, text, and the parameters of its form.
 #[must_use]
 pub fn of_file(text: &str) -> Value {

@@ -78,8 +78,7 @@ pub fn document(
 }
 
 /// A field of a form: a parameter, with another default where one is suggested.
-#[must_use]
-pub fn parameter(
+fn parameter(
     given: &Parameter,
     required: bool,
     suggested: Option<f64>,
@@ -130,12 +129,25 @@ const SUGGESTED: &[(&str, &str, f64)] = &[
     ("coupler", "coupler_spring_n_s_1_minus_mu_per_m", 1000.0),
 ];
 
-/// The initial value of a field of this form, if one is suggested.
+/// The form of a kind: the fields of its tables. All but the required ones have defaults.
 #[must_use]
-pub fn suggested(form: &str, given: &Parameter) -> Option<f64> {
-    let mut known = SUGGESTED.iter();
-    let known = known.find(|known| (known.0, known.1) == (form, given.key));
-    known.map(|known| known.2)
+pub fn form_of(
+    kind: &str,
+    tables: &[KeyTable],
+    choices: fn(&Parameter) -> Vec<NamedChoice>,
+) -> Value {
+    let tables = tables.iter().map(|(title, table)| {
+        let field = |one: &Parameter| {
+            let suggested = SUGGESTED
+                .iter()
+                .find(|known| (known.0, known.1) == (kind, one.key))
+                .map(|known| known.2);
+            let required = *title == "required" || suggested.is_some();
+            parameter(one, required, suggested, &choices(one))
+        };
+        json!({"title": title, "parameters": table.iter().map(field).collect::<Vec<_>>()})
+    });
+    json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
 }
 
 /// Parameter of a record that is to be identified, with the loadings that it is for.

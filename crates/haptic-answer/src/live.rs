@@ -3,6 +3,7 @@
 //! A frame holds the columns that are new since the newest frame that the page has acknowledged. So a frame that the page never
 //! saw is made up for by the next, and a page far behind gets all that it has missed at once, at the width of the picture.
 
+use crate::channels::places;
 use crate::hello::COLUMNS_MOST;
 use crate::pyramid::{Pyramid, ViewColumns, ViewSpan};
 use crate::request::ViewRequest;
@@ -265,6 +266,21 @@ impl ViewRequest {
             return Err(Failure::bad_input("`from_s` has to be before `to_s`"));
         }
         Ok(ViewSpan::new(from, to, self.columns))
+    }
+
+    /// The channels that it asks for, or all of these, with their columns.
+    ///
+    /// # Errors
+    /// A channel that is not there.
+    pub fn chosen(
+        &self,
+        channels: Vec<String>,
+        columns: ViewColumns,
+    ) -> Result<(Vec<String>, ViewColumns), Failure> {
+        Ok(match &self.channels {
+            None => (channels, columns),
+            Some(wanted) => (wanted.clone(), columns.chosen(&places(wanted, &channels)?)),
+        })
     }
 
     /// A view of the loop.

@@ -3,12 +3,12 @@
 
 use crate::folder::folder_of;
 use haptic_answer::TextFile;
-use haptic_answer::dropped::{self, can_be_felt, of_file};
+use haptic_answer::dropped::{self, named, of_file};
 use haptic_document::Document;
 use haptic_experiment::DocumentOfKind as _;
 use haptic_experiment::Failure;
 use haptic_run::write_text;
-use haptic_tissue::{Library, Material};
+use haptic_tissue::Library;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -35,12 +35,9 @@ pub(crate) fn keep_tissue(
     name: &str,
     text: &str,
 ) -> Result<PathBuf, Failure> {
-    let mut tissue = Material::parse(Path::new("the tissue"), text).map_err(Failure::input)?;
-    name.clone_into(&mut tissue.name);
     let path = runs.join(TISSUES).join(format!("{name}.toml"));
+    let tissue = named(&path, name, text)?;
     let text = tissue.to_toml();
-    let tissue = Material::parse(&path, &text).map_err(Failure::input)?;
-    can_be_felt(&tissue)?;
     let mut with = library.clone();
     with.add(&path, tissue).map_err(Failure::input)?;
     folder_of(runs, TISSUES)?;

@@ -3,6 +3,7 @@
 use crate::command;
 use crate::command::device::{changes, emulate};
 use crate::command::run::Experiment;
+use crate::command::run_each;
 use crate::names::{Names, option_of};
 use crate::options::{self, WithFiles, keys};
 use crate::output::{Output, note, refused};
@@ -177,31 +178,19 @@ enum Command {
 
 impl Command {
     fn run(self, output: Output) -> Result<(), Failure> {
-        match self {
+        run_each!(self, output,
+            [Analyze Control Run Teleoperate RtCheck Reproduce Weights Differintegrate ExportC Device Materials Identify Log]
             Self::Relax(experiment) => experiment.run("relax", output),
             Self::Creep(experiment) => experiment.run("creep", output),
             Self::Press(experiment) => experiment.run("press", output),
-            Self::Analyze(command) => command.run(output),
-            Self::Control(command) => command.run(output),
             Self::Design(asked) => command::design::run(asked, output),
-            Self::Run(arguments) => arguments.run(output),
-            Self::Teleoperate(arguments) => arguments.run(output),
             Self::Zwidth(asked) => command::zwidth::run(asked, output),
-            Self::RtCheck(arguments) => arguments.run(output),
-            Self::Reproduce(arguments) => arguments.run(output),
-            Self::Weights(arguments) => arguments.run(output),
-            Self::Differintegrate(arguments) => arguments.run(output),
-            Self::ExportC(arguments) => arguments.run(output),
-            Self::Device(command) => command.run(output),
-            Self::Materials(command) => command.run(output),
-            Self::Identify(arguments) => arguments.run(output),
-            Self::Log(command) => command.run(output),
             #[cfg(feature = "serve")]
             Self::Serve(arguments) => arguments.run(output),
             Self::Completions(arguments) => arguments.run(parser(), output),
             Self::Man(arguments) => arguments.run(parser(), output),
             Self::Licenses => command::shell::licenses(output),
-        }
+        )
     }
 }
 

@@ -18,3 +18,14 @@ pub(crate) mod serve;
 pub(crate) mod shell;
 pub(crate) mod teleoperate;
 pub(crate) mod zwidth;
+
+/// Runs the arguments of a command that run themselves, by the names of their variants; the rest as it says.
+macro_rules! run_each {
+    ($command:expr, $output:expr, [$($name:ident)*] $($rest:tt)*) => {
+        match $command {
+            $(Self::$name(asked) => asked.run($output),)*
+            $($rest)*
+        }
+    };
+}
+pub(crate) use run_each;

@@ -17,12 +17,20 @@ from typing import TYPE_CHECKING, Any, cast
 from fractional_haptics import _native
 
 if TYPE_CHECKING:
+    import os
     from typing import TypeAlias
 
+    import numpy as np
+    from numpy.typing import NDArray
+
+    AnyPath: TypeAlias = str | os.PathLike[str]
+    """A path, as Python's own functions take it."""
+    Floats: TypeAlias = NDArray[np.float64]
+    """An array of numbers."""
     Quantity: TypeAlias = float | str
     """A number in SI units, or a text with a unit."""
 
-__all__ = ["HoldsArrays", "Quantity", "Shown", "needed", "same", "which"]
+__all__ = ["AnyPath", "Floats", "HoldsArrays", "Quantity", "Shown", "needed", "same", "which"]
 
 _SCREEN = 40
 """Lines of a summary at most."""

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing import TypeAlias
 
-    from fractional_haptics._values import Quantity
+    from fractional_haptics._values import Floats, Quantity
 
     Plant: TypeAlias = "Device | LinearPlant | control.StateSpace"
 
@@ -161,13 +161,13 @@ class SlopeLimit(Shown):
 class Felt(HoldsArrays, Shown, Series):
     """The closed loop as a hand feels it."""
 
-    omega_rad_s: NDArray[np.float64]
-    stiffness_n_per_m: NDArray[np.float64]
+    omega_rad_s: Floats
+    stiffness_n_per_m: Floats
     """Effective stiffness; positive pushes back."""
-    damping_n_s_per_m: NDArray[np.float64]
+    damping_n_s_per_m: Floats
     """Effective damping; positive takes energy."""
 
-    def _series(self) -> Mapping[str, NDArray[np.float64]]:
+    def _series(self) -> Mapping[str, Floats]:
         return vars(self)
 
 
@@ -224,7 +224,7 @@ def _plant(plant: Plant) -> Device | LinearPlant:
     )
 
 
-def _impedance(plant: Device | LinearPlant, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+def _impedance(plant: Device | LinearPlant, omega: Floats) -> NDArray[np.complex128]:
     """Velocity in, force out, without hand: ``jωm + b``, or ``1/(jω C (jω - A)^-1 B)``; NaN where it has none."""
     if isinstance(plant, Device):
         return cast("NDArray[np.complex128]", plant.damping_n_s_per_m + 1j * omega * plant.mass_kg)

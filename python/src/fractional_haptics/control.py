@@ -26,7 +26,10 @@ if TYPE_CHECKING:
     import control
     from numpy.typing import ArrayLike, NDArray
 
-    _Record: TypeAlias = str | os.PathLike[str] | tuple[ArrayLike, ArrayLike, ArrayLike]
+    from fractional_haptics._values import AnyPath, Floats
+
+    _Record: TypeAlias = AnyPath | tuple[ArrayLike, ArrayLike, ArrayLike]
+    _Pair: TypeAlias = tuple[float, float] | str | None
 
 __all__ = [
     "Designed",
@@ -69,7 +72,7 @@ class TransferFunction(_native._TransferFunction):
         if system.isdtime(strict=True):
             raise ValueError("the system is in discrete time, and must be continuous")
 
-        def terms(coefficients: NDArray[np.float64]) -> list[tuple[float, float]]:
+        def terms(coefficients: Floats) -> list[tuple[float, float]]:
             degree = len(coefficients) - 1
             return [(float(c), float(degree - n)) for n, c in enumerate(coefficients) if c != 0]
 
@@ -92,7 +95,7 @@ class TransferFunction(_native._TransferFunction):
         parts = (self.numerator, self.denominator)
         if omega is None and all(order == int(order) for part in parts for _coefficient, order in part):
 
-            def coefficients(part: list[tuple[float, float]]) -> NDArray[np.float64]:
+            def coefficients(part: list[tuple[float, float]]) -> Floats:
                 values = np.zeros(int(max(order for _c, order in part)) + 1)
                 for coefficient, order in part:
                     values[-1 - int(order)] = coefficient
@@ -245,7 +248,7 @@ def _in_units(function: Callable[_P, _R]) -> Callable[_P, _R]:
     return cast("Callable[_P, _R]", in_si)
 
 
-def _bound(bound: tuple[float, float] | str | None) -> str:
+def _bound(bound: _Pair) -> str:
     """A frequency in rad/s and the largest gain from it on, or up to it, as the command takes both."""
     if bound is None or isinstance(bound, str):
         return bound or ""
@@ -253,7 +256,7 @@ def _bound(bound: tuple[float, float] | str | None) -> str:
     return f"{omega_rad_s!r}rad/s:{at_most!r}"
 
 
-def _limits(limits: tuple[float, float] | str | None) -> str:
+def _limits(limits: _Pair) -> str:
     """Two limits, as the command takes them."""
     return limits if isinstance(limits, str) else ":".join(repr(float(end)) for end in limits or ())
 
@@ -291,7 +294,7 @@ _GAINS = ("proportional", "integral", "integral_order", "derivative", "derivativ
 
 @_in_units
 def design(
-    plant: Plant | str | os.PathLike[str] | None = None,
+    plant: Plant | AnyPath | None = None,
     crossover_rad_s: float | None = None,
     phase_margin_rad: float | None = None,
     *,
@@ -303,11 +306,11 @@ def design(
     not_flat: bool = False,
     sensitivity_peak: float | str | None = None,
     complementary_peak: float | str | None = None,
-    noise: tuple[float, float] | str | None = None,
-    disturbance: tuple[float, float] | str | None = None,
+    noise: _Pair = None,
+    disturbance: _Pair = None,
     sample_time_s: float | None = None,
     scheme: str = "",
-    output_limits: tuple[float, float] | str | None = None,
+    output_limits: _Pair = None,
     step: float = 1.0,
     duration_s: float | None = None,
     name: str | None = None,
@@ -359,40 +362,23 @@ def design(
     >>> found.unmet, found.report["stable"]
     ((), True)
     """
-    wishes = {
-        "crossover_rad_s": crossover_rad_s,
-        "phase_margin_rad": phase_margin_rad,
-        "not_flat": not_flat,
-        "sensitivity_peak": sensitivity_peak,
-        "complementary_peak": complementary_peak,
-        "noise": _bound(noise),
-        "disturbance": _bound(disturbance),
-        "sample_time_s": sample_time_s,
-        "scheme": scheme,
-        "output_limits": _limits(output_limits),
-        "step": step,
-        "duration_s": duration_s,
-    }
-    held, _, form = _asked(
-        plant,
-        None,
-        None,
-        mass_kg=mass_kg,
-        damping_n_s_per_m=damping_n_s_per_m,
-        hand_stiffness_n_per_m=hand_stiffness_n_per_m,
-        current_lag_s=current_lag_s,
-        delay_s=delay_s,
-    )
-    return Designed(*_native.design_controller(held, form, wishes, name))
+    asked = locals()
+    held, _, form = _asked({key: asked.pop(key) for key in ("plant", *_DEVICE)})
+    del asked["name"]
+    bounds = {"noise": _bound(noise), "disturbance": _bound(disturbance), "output_limits": _limits(output_limits)}
+    return Designed(*_native.design_controller(held, form, {**asked, **bounds}, name))
 
 
-def _asked(
-    plant: object, controller: object, output_limits: tuple[float, float] | str | None, **keys: object
-) -> tuple[Plant | None, Pid | None, dict[str, Any]]:
+_DEVICE = ("mass_kg", "damping_n_s_per_m", "hand_stiffness_n_per_m", "current_lag_s", "delay_s")
+"""A device in place of a plant, and what it has in common with one."""
+
+
+def _asked(asked: dict[str, Any]) -> tuple[Plant | None, Pid | None, dict[str, Any]]:
     """Plant and controller as objects, and all other keys as the command takes them."""
-    form: dict[str, Any] = {**keys, "output_limits": _limits(output_limits)}
+    form = {**asked, "output_limits": _limits(asked.get("output_limits"))}
     objects: list[Any] = [None, None]
-    for at, (name, given, kind) in enumerate((("plant", plant, Plant), ("controller", controller, _native.Pid))):
+    for at, (name, kind) in enumerate((("plant", Plant), ("controller", _native.Pid))):
+        given = form.pop(name, None)
         if isinstance(given, kind):
             objects[at] = given
         elif isinstance(given, str | os.PathLike):
@@ -407,8 +393,8 @@ def _asked(
 
 @_in_units
 def analyze(
-    plant: Plant | str | os.PathLike[str] | None = None,
-    controller: Pid | str | os.PathLike[str] | None = None,
+    plant: Plant | AnyPath | None = None,
+    controller: Pid | AnyPath | None = None,
     *,
     mass_kg: float | None = None,
     damping_n_s_per_m: float | None = None,
@@ -417,7 +403,7 @@ def analyze(
     delay_s: float | None = None,
     sample_time_s: float | None = None,
     scheme: str = "",
-    output_limits: tuple[float, float] | str | None = None,
+    output_limits: _Pair = None,
 ) -> dict[str, Any]:
     """The verdict on the loop that is really run, or the poles of a plant alone, as ``host-cli control analyze`` finds them.
 
@@ -457,20 +443,7 @@ def analyze(
     >>> found["stable"], found["margins"]["phase_margin_deg"] > 90
     (True, True)
     """
-    return _native.analyze_loop(
-        *_asked(
-            plant,
-            controller,
-            output_limits,
-            mass_kg=mass_kg,
-            damping_n_s_per_m=damping_n_s_per_m,
-            hand_stiffness_n_per_m=hand_stiffness_n_per_m,
-            current_lag_s=current_lag_s,
-            delay_s=delay_s,
-            sample_time_s=sample_time_s,
-            scheme=scheme,
-        )
-    )
+    return _native.analyze_loop(*_asked(locals()))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -480,19 +453,19 @@ class Response(HoldsArrays, Shown, Series):
     report: Mapping[str, Any]
     """What ``host-cli control simulate --json`` reports, but for its samples: ``stable``, ``shape``, ``at_reference``, the PID of order 1
     under ``integer``; and ``warnings``, which one should read."""
-    reference: NDArray[np.float64]
+    reference: Floats
     """At t = 0, T, 2T, …"""
-    measured: NDArray[np.float64]
+    measured: Floats
     """The output there."""
-    command: NDArray[np.float64]
+    command: Floats
     """The command from there on."""
 
     @property
-    def t(self) -> NDArray[np.float64]:
+    def t(self) -> Floats:
         """Times of the samples, s."""
-        return cast("NDArray[np.float64]", np.arange(len(self.measured)) * float(self.report["sample_time_s"]))
+        return cast("Floats", np.arange(len(self.measured)) * float(self.report["sample_time_s"]))
 
-    def _series(self) -> Mapping[str, NDArray[np.float64]]:
+    def _series(self) -> Mapping[str, Floats]:
         return {"time_s": self.t, "reference": self.reference, "measured": self.measured, "command": self.command}
 
     def _shown(self) -> dict[str, Any]:
@@ -501,8 +474,8 @@ class Response(HoldsArrays, Shown, Series):
 
 @_in_units
 def simulate(
-    plant: Plant | str | os.PathLike[str] | None = None,
-    controller: Pid | str | os.PathLike[str] | None = None,
+    plant: Plant | AnyPath | None = None,
+    controller: Pid | AnyPath | None = None,
     *,
     mass_kg: float | None = None,
     damping_n_s_per_m: float | None = None,
@@ -511,10 +484,10 @@ def simulate(
     delay_s: float | None = None,
     sample_time_s: float | None = None,
     scheme: str = "",
-    output_limits: tuple[float, float] | str | None = None,
+    output_limits: _Pair = None,
     duration_s: float | None = None,
     step: float | None = None,
-    reference: ArrayLike | str | os.PathLike[str] | None = None,
+    reference: ArrayLike | AnyPath | None = None,
 ) -> Response:
     """Runs a step or a record through a loop, or a plant alone, from rest, as ``host-cli control simulate`` does.
 
@@ -546,27 +519,14 @@ def simulate(
     >>> run.report["at_reference"], float(run.command.max())
     (True, 1.5)
     """
-    asked = _asked(
-        plant,
-        controller,
-        output_limits,
-        mass_kg=mass_kg,
-        damping_n_s_per_m=damping_n_s_per_m,
-        hand_stiffness_n_per_m=hand_stiffness_n_per_m,
-        current_lag_s=current_lag_s,
-        delay_s=delay_s,
-        sample_time_s=sample_time_s,
-        scheme=scheme,
-        duration_s=duration_s,
-        step=step,
-    )
+    asked = {key: value for key, value in locals().items() if key != "reference"}
     sample_time = controller.sample_time if sample_time_s is None and isinstance(controller, _native.Pid) else sample_time_s
     given = None if reference is None else _sampled(reference, sample_time)
-    report, signals = _native.simulate_loop(*asked, given)
+    report, signals = _native.simulate_loop(*_asked(asked), given)
     return Response(report, *signals)
 
 
-def _sampled(reference: ArrayLike | str | os.PathLike[str], sample_time_s: float | None) -> tuple[str, bytes] | tuple[NDArray[np.float64], float]:
+def _sampled(reference: ArrayLike | AnyPath, sample_time_s: float | None) -> tuple[str, bytes] | tuple[Floats, float]:
     """Name and bytes of a table, or values and their sample time."""
     if isinstance(reference, str | os.PathLike):
         return _table(reference)
@@ -585,9 +545,9 @@ class Identified(HoldsArrays, Shown, Series):
     report: Mapping[str, Any]
     """What ``host-cli control identify --json`` reports: function, dead time with its interval, numbers with their errors, other
     candidates, ``validation`` and ``warnings``, which one should read."""
-    t: NDArray[np.float64]
+    t: Floats
     """Times of the record as it was fitted, s; of a response its angular frequencies, rad/s."""
-    u: NDArray[np.float64]
+    u: Floats
     """Its input; nothing of a response."""
     y: NDArray[Any]
     """Its output; the response, complex."""
@@ -676,16 +636,7 @@ def identify(
     >>> found.report["begins"], round(found.report["numbers"][0]["value"], 6)
     ('at rest', 2.0)
     """
-    form = {
-        "columns": columns,
-        "sample_time_s": sample_time_s,
-        "subtract_start": subtract_start,
-        "smooth": smooth,
-        "model": model,
-        "poles": poles,
-        "stable": stable,
-        "delay_s": delay_s,
-    }
+    form = {key: value for key, value in locals().items() if key not in ("record", "validate", "progress")}
     if columns and (isinstance(record, tuple) or isinstance(validate, tuple)):
         raise ValueError("columns belong to tables: leave them out beside arrays")
     other = None if validate is None else _table(validate)

@@ -18,7 +18,7 @@ import inspect
 import os
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -30,10 +30,11 @@ from fractional_haptics._values import HoldsArrays, Shown, needed
 if TYPE_CHECKING:
     from types import ModuleType
 
-    import numpy as np
     import pandas
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
+
+    from fractional_haptics._values import AnyPath, Floats
 
 __all__ = [
     "Answer",
@@ -82,16 +83,16 @@ class Run(HoldsArrays, Shown, Series):
 
     kind: str
     """The experiment."""
-    columns: Mapping[str, NDArray[np.float64]]
+    columns: Mapping[str, Floats]
     """Columns of its table by name, units in the names; NaN where a cell is empty. Empty for a run that was cut short."""
     report: Mapping[str, Any]
     """The report, as ``host-cli --json`` prints it."""
     folder: Path | None
     """Folder of log and table, where one was asked for."""
-    against: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    against: Mapping[str, Floats] = field(default_factory=dict)
     """Record, run and difference at the times of the record, where one was laid over the run by ``against``."""
 
-    def __getitem__(self, column: str) -> NDArray[np.float64]:
+    def __getitem__(self, column: str) -> Floats:
         """A column by name."""
         try:
             return self.columns[column]
@@ -104,7 +105,7 @@ class Run(HoldsArrays, Shown, Series):
         table.attrs["report"] = dict(self.report)
         return cast("pandas.DataFrame", table)
 
-    def _series(self) -> Mapping[str, NDArray[np.float64]]:
+    def _series(self) -> Mapping[str, Floats]:
         return self.columns
 
     def _drawn(self, plot: ModuleType, ax: Axes | None) -> Axes:
@@ -148,40 +149,38 @@ class Answer(dict[str, Any], Shown, Series):
         return longest_rows(self)
 
 
-def _tables(report: dict[str, Any]) -> list[dict[str, NDArray[np.float64]]]:
+def _tables(report: dict[str, Any]) -> list[dict[str, Floats]]:
     """The table of a run and that of the record over it, empty where there is none."""
     paths = report.get("csv"), report.get("against", {}).get("csv")
     return [_native.table(path) if path else {} for path in paths]
+
+
+def _temporary() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="fractional-haptics-", ignore_cleanup_errors=True)
 
 
 def _run(
     kind: str,
     parameters: dict[str, Any],
     *,
-    file: str | os.PathLike[str] | None = None,
-    out: str | os.PathLike[str] | None,
+    file: AnyPath | None = None,
+    out: AnyPath | None,
     overwrite: bool,
     force_unstable: bool,
     raise_on_fault: bool,
     progress: Progress | None,
 ) -> Run:
     given = {key: value for key, value in parameters.items() if value is not None}
-    if out is not None:
-        folder = Path(out)
-        kind, report, heard = _native.run_experiment(kind, file, given, folder, overwrite, force_unstable, progress)
+    with _temporary() if out is None else nullcontext(out) as folder:
+        place = Path(folder, "run") if out is None else Path(folder)
+        kind, report, heard = _native.run_experiment(kind, file, given, place, overwrite, force_unstable, _told(progress))
         columns, against = _tables(report)
-    else:
-        folder = None
-        with tempfile.TemporaryDirectory(prefix="fractional-haptics-", ignore_cleanup_errors=True) as temporary:
-            kind, report, heard = _native.run_experiment(
-                kind, file, given, Path(temporary) / "run", False, force_unstable, progress
-            )
-            columns, against = _tables(report)
+    if out is None:
         for gone in ("log", "logs", "csv", "fault_log"):
             report.pop(gone, None)
         report.get("against", {}).pop("csv", None)
     report["warnings"] = [*heard, *report.get("warnings", [])]
-    run = Run(kind, columns, report, folder, against)
+    run = Run(kind, columns, report, None if out is None else Path(out), against)
     if raise_on_fault and report["ended_early"] is not None:
         raise RunFault(run)
     return run
@@ -260,7 +259,7 @@ def _experiment(kind: str, what: str) -> Callable[..., Run]:
 
     def function(
         *,
-        out: str | os.PathLike[str] | None = None,
+        out: AnyPath | None = None,
         overwrite: bool = False,
         force_unstable: bool = False,
         raise_on_fault: bool = True,
@@ -274,7 +273,7 @@ def _experiment(kind: str, what: str) -> Callable[..., Run]:
             overwrite=overwrite,
             force_unstable=force_unstable,
             raise_on_fault=raise_on_fault,
-            progress=_told(progress),
+            progress=progress,
         )
 
     function.__name__ = function.__qualname__ = kind
@@ -307,9 +306,9 @@ teleoperation = _experiment("teleoperation", "Two hands over a line, simulated: 
 
 
 def run(
-    file: str | os.PathLike[str],
+    file: AnyPath,
     *,
-    out: str | os.PathLike[str] | None = None,
+    out: AnyPath | None = None,
     overwrite: bool = False,
     force_unstable: bool = False,
     raise_on_fault: bool = True,
@@ -339,22 +338,13 @@ def run(
         A file that is no experiment, or a key that is unknown, missing or outside its range.
     """
     os.stat(file)
-    return _run(
-        "run",
-        parameters,
-        file=file,
-        out=out,
-        overwrite=overwrite,
-        force_unstable=force_unstable,
-        raise_on_fault=raise_on_fault,
-        progress=_told(progress),
-    )
+    return _run("run", **locals())
 
 
 @contextmanager
 def _files(tables: Iterable[Mapping[str, Any]]) -> Iterator[list[dict[str, Any]]]:
     """Keys, with a file for each `tissue.Material`, which is there as long as they are read."""
-    with tempfile.TemporaryDirectory(prefix="fractional-haptics-") as folder:
+    with _temporary() as folder:
         plain = [dict(table) for table in tables]
         for place, table in enumerate(plain):
             tissue: Any = table.get("tissue")

@@ -23,7 +23,16 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
+    from typing import TypeAlias
+
+    from fractional_haptics._values import AnyPath, Floats
+
+    _Fix: TypeAlias = Mapping[str, float | tuple[float, float]] | None
+    _Loading: TypeAlias = Literal["shear", "tension", "compression", "punch", "sphere", "cone"] | None
+    _Contact: TypeAlias = float | Literal["fit"] | None
+    _Baseline: TypeAlias = Literal["constant", "linear"] | None
+    _Weights: TypeAlias = Literal["errors", "equal", "log-spacing"]
 
 __all__ = [
     "MODELS",
@@ -77,7 +86,7 @@ MODELS: Mapping[str, ModelDescription] = MappingProxyType(
 """All models by name, simple ones first."""
 
 
-def library(folder: str | os.PathLike[str] | None = None) -> dict[str, Material]:
+def library(folder: AnyPath | None = None) -> dict[str, Material]:
     """The tissues that are known by name.
 
     Parameters
@@ -105,7 +114,7 @@ def library(folder: str | os.PathLike[str] | None = None) -> dict[str, Material]
     return {material.name: material for material in _native.library(folder)}
 
 
-def find(name: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> Material:
+def find(name: AnyPath, folder: AnyPath | None = None) -> Material:
     """A tissue by name, or from a file where `name` ends in ``.toml``.
 
     Parameters
@@ -169,7 +178,7 @@ class Fit(HoldsArrays, Shown):
     """Akaike's criterion."""
     bic: float
     """Schwarz's criterion: the lower, the better."""
-    predicted: NDArray[np.float64]
+    predicted: Floats
     """The model where the record has a value, as `Identification.measured`."""
     is_settled: bool
     """False if a standard error is many times its value."""
@@ -203,9 +212,9 @@ class Identification(HoldsArrays, Shown, Series):
     """Kind of the record."""
     fits: tuple[Fit, ...]
     """Fits that converged, the chosen one first, the others by BIC."""
-    x: NDArray[np.float64]
+    x: Floats
     """Times in s, or angular frequencies in rad/s; of an oscillation all are there twice."""
-    measured: NDArray[np.float64]
+    measured: Floats
     """Moduli, compliances, all storage and then all loss moduli, or stresses: of an indenter its force over γℓ, Pa."""
     warnings: tuple[str, ...]
     """Sentences that one should read."""
@@ -221,7 +230,7 @@ class Identification(HoldsArrays, Shown, Series):
         """The fit that was chosen."""
         return self.fits[0]
 
-    def _series(self) -> Mapping[str, NDArray[np.float64]]:
+    def _series(self) -> Mapping[str, Floats]:
         along, key = _COLUMNS[self.kind]
         found = {key: self.measured} | {f"{fit.kind.replace('-', '_')}_{key}": fit.predicted for fit in self.fits}
         if self.kind != "oscillation":
@@ -246,7 +255,7 @@ def identify(
     *,
     strain: ArrayLike | None = None,
     depth: ArrayLike | None = None,
-    loading: Literal["shear", "tension", "compression", "punch", "sphere", "cone"] | None = None,
+    loading: _Loading = None,
     area_m2: float | None = None,
     thickness_m: float | None = None,
     indenter_radius_m: float | None = None,
@@ -255,15 +264,15 @@ def identify(
     poisson_ratio: float = 0.5,
     models: Sequence[str] | None = None,
     chosen: str | None = None,
-    weights: Literal["errors", "equal", "log-spacing"] = "errors",
+    weights: _Weights = "errors",
     starts: int = 40,
     bootstrap: int = 0,
     seed: int = 1,
     stiffening: bool = False,
-    contact_point: float | Literal["fit"] | None = None,
-    baseline: Literal["constant", "linear"] | None = None,
+    contact_point: _Contact = None,
+    baseline: _Baseline = None,
     ramp_time_s: float | None = None,
-    fix: Mapping[str, float | tuple[float, float]] | None = None,
+    fix: _Fix = None,
     progress: Callable[[int], object] | None = None,
 ) -> Identification:
     """Models from a measured record, or from several motions of one tissue together.
@@ -347,44 +356,35 @@ def identify(
     >>> best.kind, round(best.model.parameters["order"], 6)
     ('spring-pot', 0.2)
     """
+    asked = locals()
     if contact_point is not None and depth is None:
         raise ValueError("contact_point belongs to depth: give both, or neither")
     if (depth is None) != (loading is None):
         raise ValueError("depth and loading belong together: give both, or neither")
-    given = {
-        "kind": kind,
-        "model": chosen,
-        "loading": loading,
-        "area_m2": area_m2,
-        "thickness_m": thickness_m,
-        "indenter_radius_m": indenter_radius_m,
-        "half_angle_rad": half_angle_rad,
-        "bonded": bonded,
-        "poisson_ratio": poisson_ratio,
-        "contact_point_m": contact_point,
-        "ramp_time_s": ramp_time_s,
-        "stiffening": stiffening,
-        "baseline": baseline,
-        "fix": ",".join(_fixed(fix)),
-        "weights": weights,
-        **_counts(starts, bootstrap, seed),
-    }
+    apart = ("t", "y", "strain", "depth", "models", "chosen", "progress")
+    given = _fit_options({key: value for key, value in asked.items() if key not in apart}) | {"model": chosen}
     records = _motions(t, y, strain, depth)
     found = _native.identify_record(records, None if models is None else list(models), given, progress)
     return _identification(found)
 
 
-def _counts(starts: int, bootstrap: int, seed: int) -> dict[str, int]:
-    """Counts of the fit; of a bootstrap alone a seed says something."""
-    counts = {"starts": starts, "bootstrap": bootstrap, **({"seed": seed} if bootstrap else {})}
-    for name, count in counts.items():
-        if not 0 <= operator.index(count) < 2**64:
-            raise ValueError(f"{name} {count} is not a whole number from 0 to 2**64 - 1")
-    return counts
+def _fit_options(given: dict[str, Any]) -> dict[str, Any]:
+    """Options of a fit as the command takes them; of a bootstrap alone a seed says something."""
+
+    def text(value: float | tuple[float, float]) -> str:
+        return "..".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+    if not given["bootstrap"]:
+        del given["seed"]
+    for name in ("starts", "bootstrap", "seed"):
+        if not 0 <= operator.index(given.get(name, 0)) < 2**64:
+            raise ValueError(f"{name} {given[name]} is not a whole number from 0 to 2**64 - 1")
+    fixed: dict[str, Any] = given["fix"] or {}
+    return given | {"fix": ",".join(f"{name}={text(value)}" for name, value in fixed.items()), "contact_point_m": given.pop("contact_point")}
 
 
 def identify_tables(
-    *tables: str | os.PathLike[str],
+    *tables: AnyPath,
     kind: Literal["relaxation", "creep", "oscillation", "record"] | None = None,
     model: str | None = None,
     columns: str = "",
@@ -395,21 +395,21 @@ def identify_tables(
     skip_bad_rows: bool = False,
     strain: float | None = None,
     stress_pa: float | None = None,
-    loading: Literal["shear", "tension", "compression", "punch", "sphere", "cone"] | None = None,
+    loading: _Loading = None,
     area_m2: float | None = None,
     thickness_m: float | None = None,
     indenter_radius_m: float | None = None,
     half_angle_rad: float | None = None,
     bonded: bool = False,
     poisson_ratio: float | None = None,
-    contact_point: float | Literal["fit"] | None = None,
-    baseline: Literal["constant", "linear"] | None = None,
+    contact_point: _Contact = None,
+    baseline: _Baseline = None,
     ramp_time_s: float | None = None,
     ramp_ends_s: float | None = None,
     subtract_start: bool = False,
     stiffening: bool = False,
-    fix: Mapping[str, float | tuple[float, float]] | None = None,
-    weights: Literal["errors", "equal", "log-spacing"] = "errors",
+    fix: _Fix = None,
+    weights: _Weights = "errors",
     starts: int = 40,
     bootstrap: int = 0,
     seed: int = 1,
@@ -474,47 +474,19 @@ def identify_tables(
     >>> best.kind, round(best.model.parameters["order"], 6)
     ('spring-pot', 0.2)
     """
+    asked = locals()
     import pathlib
 
-    given = {
-        "kind": kind,
-        "model": model,
-        "columns": columns,
-        "units": units,
-        "segment": segment,
-        "from_s": from_,
-        "to_s": to,
-        "skip_bad_rows": skip_bad_rows,
-        "strain": strain,
-        "stress_pa": stress_pa,
-        "loading": loading,
-        "area_m2": area_m2,
-        "thickness_m": thickness_m,
-        "indenter_radius_m": indenter_radius_m,
-        "half_angle_rad": half_angle_rad,
-        "bonded": bonded,
-        "poisson_ratio": poisson_ratio,
-        "contact_point_m": contact_point,
-        "baseline": baseline,
-        "ramp_time_s": ramp_time_s,
-        "ramp_ends_s": ramp_ends_s,
-        "subtract_start": subtract_start,
-        "stiffening": stiffening,
-        "fix": ",".join(_fixed(fix)),
-        "weights": weights,
-        **_counts(starts, bootstrap, seed),
-        "replicates": replicates,
-        "master_curve": master_curve_c,
-        "shift_by": shift_by,
-        "temperature": ",".join(map(str, temperatures_c)),
-    }
+    names = {"from_": "from_s", "to": "to_s", "master_curve_c": "master_curve"}
+    given = _fit_options({names.get(key, key): value for key, value in asked.items() if key not in ("tables", "temperatures_c", "progress")})
+    given["temperature"] = ",".join(map(str, temperatures_c))
     paths = [pathlib.Path(table) for table in tables]
     read = [(path.name, path.read_bytes()) for path in paths]
     options = {key: value for key, value in given.items() if value is not None}
     return _identification(_native.identify_tables(read, options, progress))
 
 
-def explain_table(table: str | os.PathLike[str], *, columns: str = "", units: str = "", segment: str = "") -> dict[str, Any]:
+def explain_table(table: AnyPath, *, columns: str = "", units: str = "", segment: str = "") -> dict[str, Any]:
     """How `identify_tables` reads a table, as ``host-cli identify --explain`` tells.
 
     Parameters
@@ -551,30 +523,14 @@ def explain_table(table: str | os.PathLike[str], *, columns: str = "", units: st
     return _native.explain_table(pathlib.Path(table).read_bytes(), options)
 
 
-def _fixed(fix: Mapping[str, float | tuple[float, float]] | None) -> list[str]:
-    """Held parameters as the command takes them."""
-
-    def text(value: float | tuple[float, float]) -> str:
-        return "..".join(map(str, value)) if isinstance(value, tuple) else str(value)
-
-    return [f"{name}={text(value)}" for name, value in (fix or {}).items()]
-
-
 def _identification(found: dict[str, Any]) -> Identification:
     fits = tuple(
         Fit(**{**fit, "estimates": tuple(Estimate(**estimate) for estimate in fit["estimates"])})
         for fit in found["fits"]
     )
-    return Identification(
-        kind=found["kind"],
-        fits=fits,
-        x=found["x"],
-        measured=found["measured"],
-        warnings=tuple(found["warnings"]),
-        notes=tuple(found.get("notes", ())),
-        beside=tuple(Estimate(**estimate) for estimate in found["beside"]),
-        several=found.get("several", {}),
-    )
+    beside = tuple(Estimate(**estimate) for estimate in found["beside"])
+    texts: dict[str, Any] = {key: tuple(found[key]) for key in ("warnings", "notes") if key in found}
+    return Identification(**(found | texts | {"fits": fits, "beside": beside}))
 
 
 def _motions(t: Any, *columns: Any) -> list[tuple[Any, ...]]:

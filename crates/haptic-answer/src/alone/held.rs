@@ -5,9 +5,8 @@ use crate::feel::state::POSITION;
 use crate::feel::{FeelSettings, JudgedFeel};
 use crate::pyramid::Pyramid;
 use haptic_document::Failure;
-use haptic_loop::{Controller, Fault, SafetyChain};
+use haptic_loop::Fault;
 use haptic_trial::in_hand::hand::{HAND_M, HeldDevice};
-use haptic_trial::in_hand::law::fading;
 use haptic_trial::in_hand::running::{Running, Working};
 use haptic_trial::in_hand::ticking::{FeltController, FromLoop, LoopCounts, LoopOrder, rings};
 use rtrb::{Consumer, Producer};
@@ -33,15 +32,10 @@ pub(super) struct HeldLoop {
 impl HeldLoop {
     /// The loop, its tissue untouched, whose samples are kept here.
     pub(super) fn start(felt: JudgedFeel, pyramid: &mut Pyramid) -> Result<Self, Failure> {
-        let settings = &felt.settings;
-        let t = settings.device.sample_time();
-        let chain = SafetyChain::from_limits(&settings.limits(), t).map_err(Failure::input)?;
-        let law = settings.law()?;
-        let controller = Controller::<_, 1, _>::new(fading(&law.environment, t), chain);
-        let engaged = controller.into_engaged(settings.device.simulated()?);
-        let ghosts = settings.ghost_laws()?;
+        let (controller, device, ghosts) = felt.settings.untouched()?;
+        let engaged = controller.into_engaged(device);
         pyramid.clear();
-        let mut company = Company::new(t);
+        let mut company = Company::new(felt.settings.device.sample_time());
         company.draw(ghosts, pyramid);
         let (orders, ends, from_loop) = rings();
         let counts = Arc::<LoopCounts>::default();

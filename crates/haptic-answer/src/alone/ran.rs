@@ -2,7 +2,7 @@
 
 use super::absent::{NO_FILES, needs};
 use crate::channels::{Channels, places};
-use crate::form::{document, parameter, suggested};
+use crate::form::{document, form_of};
 use crate::pyramid::Pyramid;
 use crate::request::{StartRun, TableRequest};
 use haptic_document::Failure;
@@ -60,18 +60,10 @@ pub(super) struct VirtualRun {
 
 /// The forms of the runs.
 pub(super) fn run_forms() -> Value {
-    let form = |(kind, tables): (&str, &[KeyTable])| {
-        let tables = tables.iter().map(|(title, table)| {
-            let field = |one| {
-                let suggested = suggested(kind, one);
-                let required = *title == "required" || suggested.is_some();
-                parameter(one, required, suggested, &choices(one))
-            };
-            json!({"title": title, "parameters": table.iter().map(field).collect::<Vec<_>>()})
-        });
-        json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
-    };
-    KINDS.into_iter().map(form).collect()
+    let forms = KINDS.into_iter();
+    forms
+        .map(|(kind, tables)| form_of(kind, tables, choices))
+        .collect()
 }
 
 impl VirtualRun {

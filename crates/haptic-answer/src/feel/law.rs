@@ -10,13 +10,14 @@ use haptic_judge::law_region::prove_mix;
 use haptic_judge::modelled_tissue::operator;
 use haptic_judge::preflight::{Matter, Preflight, WallContact};
 use haptic_loop::units::Metres;
-use haptic_loop::{Pushing, Specimen, Wall, WallShape};
+use haptic_loop::{Controller, Pushing, SafetyChain, Specimen, Wall, WallShape};
 use haptic_quantity::digits;
 use haptic_tissue::SampledModel;
 use haptic_trial::in_hand::fading::Law;
-use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_STIFFNESS};
-use haptic_trial::in_hand::law::{Felt, HORIZON, refuse_unstable, rounded_down, ticks};
+use haptic_trial::in_hand::hand::{HAND_DAMPING, HAND_STIFFNESS, HeldDevice};
+use haptic_trial::in_hand::law::{Felt, HORIZON, fading, refuse_unstable, rounded_down, ticks};
 use haptic_trial::in_hand::place::Placed;
+use haptic_trial::in_hand::ticking::FeltController;
 use haptic_trial::preflight::PreflightVerdict;
 use std::f64::consts::TAU;
 
@@ -124,6 +125,17 @@ impl FeelSettings {
     /// A law that cannot be made.
     pub fn law(&self) -> Result<Law<Felt>, Failure> {
         self.felt_by(self.scheme()?)
+    }
+
+    /// Controller and device of a loop whose tissue is untouched, and the laws of its ghosts.
+    ///
+    /// # Errors
+    /// A law that cannot be made; a number that no device has.
+    pub fn untouched(&self) -> Result<(FeltController, HeldDevice, GhostLaws), Failure> {
+        let t = self.device.sample_time();
+        let chain = SafetyChain::from_limits(&self.limits(), t).map_err(Failure::input)?;
+        let controller = Controller::new(fading(&self.law()?.environment, t), chain);
+        Ok((controller, self.device.simulated()?, self.ghost_laws()?))
     }
 
     /// The laws of the ghosts, `None` of one that is not drawn.

@@ -194,14 +194,14 @@ fn closed(place: &FeelPlace, result: &Result<Finished, Failure>) {
 }
 
 impl Work {
-    pub(super) fn new(sample_time: Seconds) -> Result<Self, Failure> {
-        Ok(Self {
+    pub(super) fn new(sample_time: Seconds) -> Self {
+        Self {
             company: Company::new(sample_time),
             recording: None,
             took_ns: Durations::default(),
             late_ns: Durations::default(),
             counted: Moment::now(),
-        })
+        }
     }
 
     fn count(&mut self) {

@@ -20,13 +20,12 @@ use haptic_answer::feel::{DeviceNumbers, FeelSettings, FeelState, FeltThing, Jud
 use haptic_answer::request::CompareStart;
 use haptic_experiment::Failure;
 use haptic_experiment::live::{
-    HAND_DAMPING, HAND_M, HAND_STIFFNESS, Keeper, LoopOrder, Orders, Stimulus, fading, locked,
+    HAND_DAMPING, HAND_M, HAND_STIFFNESS, Keeper, LoopOrder, Orders, Stimulus, locked,
     run as run_by_clock,
 };
 use haptic_experiment::parameters::{
     DISSIPATION, ONE_SIDED, ORDER, SCHEME, STIFFNESS, WALL_CONTACT,
 };
-use haptic_loop::{Controller, SafetyChain};
 use haptic_tissue::Library;
 use keeper::{KeeperTask, LOOK, Watching, Work};
 use std::collections::BTreeMap;
@@ -50,14 +49,9 @@ impl Feel {
         felt: JudgedFeel,
         old: Option<&Self>,
     ) -> Result<Self, Failure> {
-        let settings = &felt.settings;
-        let t = settings.device.sample_time();
-        let chain = SafetyChain::from_limits(&settings.limits(), t).map_err(Failure::input)?;
-        let law = settings.law()?;
-        let mut controller = Controller::<_, 1, _>::new(fading(&law.environment, t), chain);
-        let mut device = settings.device.simulated()?;
-        let ghosts = settings.ghost_laws()?;
-        let work = Work::new(t)?;
+        let t = felt.settings.device.sample_time();
+        let (mut controller, mut device, ghosts) = felt.settings.untouched()?;
+        let work = Work::new(t);
         if let Some(old) = old {
             old.end();
         }

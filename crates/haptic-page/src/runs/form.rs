@@ -1,12 +1,12 @@
 //! Forms of the experiments, from the tables of their parameters; the document that one stands for, and what may be run from a page.
 
-use haptic_answer::form::{Files, parameter, suggested};
+use haptic_answer::form::{Files, form_of};
 use haptic_document::Document;
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::{self, KINDS, QUESTIONS, choices, of_kind};
+use haptic_experiment::parameters::{KINDS, QUESTIONS, choices, of_kind};
 use haptic_quantity::short;
 use haptic_run::read_document;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use std::fs;
 use std::path::Path;
 
@@ -67,21 +67,10 @@ pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
 
 /// The forms of the experiments.
 pub(crate) fn forms() -> Value {
-    let form = |kind: &str| {
-        let tables = parameters::of_kind(kind).into_iter().map(|(title, table)| {
-            // The others have defaults.
-            let field = |one| {
-                let suggested = suggested(kind, one);
-                let required = title == "required" || suggested.is_some();
-                parameter(one, required, suggested, &choices(one))
-            };
-            let parameters: Vec<Value> = table.iter().map(field).collect();
-            json!({"title": title, "parameters": parameters})
-        });
-        json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
-    };
     let mut forms = haptic_answer::form::forms();
-    forms["forms"] = kinds().map(form).collect();
+    forms["forms"] = kinds()
+        .map(|kind| form_of(kind, &of_kind(kind), choices))
+        .collect();
     forms
 }
 
@@ -96,7 +85,7 @@ mod tests {
             let tables = form["tables"].as_array().expect("a list").iter();
             let shown = tables.flat_map(|table| table["parameters"].as_array().expect("a list"));
             let keys: Vec<&str> = shown.filter_map(|shown| shown["key"].as_str()).collect();
-            let tables = parameters::of_kind(kind);
+            let tables = of_kind(kind);
             let wanted = tables.iter().flat_map(|(_, table)| *table);
             let wanted: Vec<&str> = wanted.map(|parameter| parameter.key).collect();
             assert_eq!(keys, wanted);

@@ -4,8 +4,8 @@ use super::hub::{Hub, blocking};
 use super::page::{Outgoing, Page};
 use super::panels::Turn;
 use crate::dropped::{keep_tissue, looked_at};
+use crate::feel::Feel;
 use crate::runs::forms;
-use haptic_answer::channels::places;
 use haptic_answer::feel::{CHANNELS, felt};
 use haptic_answer::hello::Known;
 use haptic_answer::live::{ShownLoop, frame};
@@ -44,38 +44,26 @@ pub(super) async fn answer(
         }
         PageRequest::FeelPause { paused } => json!(hub.felt()?.pause(paused)?),
         PageRequest::FeelMark { text } => json!(hub.felt()?.mark(text)?),
-        PageRequest::FeelRecord { on: true } => {
-            let feel = hub.felt()?;
-            json!({"name": blocking(move || feel.record()).await?})
-        }
+        PageRequest::FeelRecord { on: true } => json!({"name": hub.on_feel(Feel::record).await?}),
         PageRequest::FeelRecord { on: false } => {
-            let feel = hub.felt()?;
-            let (name, samples, missing) = blocking(move || feel.end_record()).await?;
+            let (name, samples, missing) = hub.on_feel(Feel::end_record).await?;
             json!({"name": name, "samples": samples, "missing": missing})
         }
         PageRequest::FeelEnd {} => json!(hub.end_feel().await),
         PageRequest::CompareStart(start) => json!(hub.compare(start).await?),
-        PageRequest::CompareFeel {} => {
-            let feel = hub.felt()?;
-            json!(blocking(move || feel.compare_next()).await?)
-        }
+        PageRequest::CompareFeel {} => json!(hub.on_feel(Feel::compare_next).await?),
         PageRequest::CompareRate { rating } => {
-            let feel = hub.felt()?;
-            json!(blocking(move || feel.compare_rate(rating)).await?)
+            json!(hub.on_feel(move |feel| feel.compare_rate(rating)).await?)
         }
         PageRequest::CompareAnswer { stiffer } => {
-            let feel = hub.felt()?;
-            json!(blocking(move || feel.compare_answer(stiffer)).await?)
+            json!(
+                hub.on_feel(move |feel| feel.compare_answer(stiffer))
+                    .await?
+            )
         }
-        PageRequest::CompareEnd {} => {
-            let feel = hub.felt()?;
-            json!(blocking(move || feel.end_compare()).await?)
-        }
+        PageRequest::CompareEnd {} => json!(hub.on_feel(Feel::end_compare).await?),
         PageRequest::Stop {} => json!(hub.stop()),
-        PageRequest::Arm {} => {
-            let feel = hub.felt()?;
-            json!(blocking(move || feel.arm()).await?)
-        }
+        PageRequest::Arm {} => json!(hub.on_feel(Feel::arm).await?),
         PageRequest::View(view) => self::view(id, view, hub, page).await?,
         PageRequest::ViewEnd {} => json!(page.send(Outgoing::Live(None))),
         PageRequest::RunsList {} => blocking(move || hub.runs.list()).await?,
@@ -134,11 +122,7 @@ async fn view(id: &Value, view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Resu
     let (frame, channels) = blocking(move || {
         let spanned = |made, sample_time_s| view.span(made, sample_time_s);
         let shown = hub.runs.columns(&view.source, spanned)?;
-        let (mut channels, mut columns) = (shown.channels, shown.columns);
-        if let Some(wanted) = &view.channels {
-            columns = columns.chosen(&places(wanted, &channels)?);
-            channels.clone_from(wanted);
-        }
+        let (channels, columns) = view.chosen(shown.channels, shown.columns)?;
         Ok((frame(number, &columns, shown.sample_time_s), channels))
     })
     .await?;

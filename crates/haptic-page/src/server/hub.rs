@@ -252,6 +252,15 @@ impl Hub {
             .ok_or_else(|| Failure::bad_input("nothing is felt yet: send `feel.start`"))
     }
 
+    /// Does something with the loop that is felt, beside the reactor.
+    pub(super) async fn on_feel<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Feel) -> Result<T, Failure> + Send + 'static,
+    ) -> Result<T, Failure> {
+        let feel = self.felt()?;
+        blocking(move || work(&feel)).await
+    }
+
     /// The force is zero first, then all else.
     pub(super) fn stop(&self) {
         self.stops.fetch_add(1, Ordering::Relaxed);

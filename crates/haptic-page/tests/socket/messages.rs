@@ -23,10 +23,10 @@ type Whole<T> = T extends object ? { readonly [K in keyof T]-?: Whole<Exclude<T[
 
 "#;
 
-/// What an example has shown so far: things in lists, by the list's name.
-type Seen = HashSet<(String, String)>;
+/// What an example has shown so far of things in lists.
+type Seen = HashSet<String>;
 
-/// Its fields, with values that say their types alone; of the lists with one name a thing of each kind, of metadata, which are named freely, none.
+/// Its fields, with values that say their types alone; of all lists a thing of each kind once, of metadata, which are named freely, none.
 /// A point or a row of a curve keeps its length.
 fn bare(key: &str, value: &Value, seen: &mut Seen) -> Value {
     match value {
@@ -41,7 +41,7 @@ fn bare(key: &str, value: &Value, seen: &mut Seen) -> Value {
             let mut kinds = Vec::new();
             for item in items {
                 let item = bare("", item, seen);
-                let new = !item.is_object() || seen.insert((key.to_owned(), item.to_string()));
+                let new = !item.is_object() || seen.insert(item.to_string());
                 if new && !kinds.contains(&item) {
                     kinds.push(item);
                 }

@@ -7,6 +7,7 @@ mod identify;
 mod loops;
 mod simulate;
 
+use crate::command::run_each;
 use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
@@ -21,11 +22,6 @@ pub(crate) enum Command {
 
 impl Command {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        match self {
-            Self::Design(arguments) => arguments.run(output),
-            Self::Simulate(arguments) => arguments.run(output),
-            Self::Analyze(arguments) => arguments.run(output),
-            Self::Identify(arguments) => arguments.run(output),
-        }
+        run_each!(self, output, [Design Simulate Analyze Identify])
     }
 }

@@ -12,6 +12,7 @@ mod port;
 mod selftest;
 mod settings;
 
+use crate::command::run_each;
 use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
@@ -45,18 +46,10 @@ pub(crate) enum Command {
 
 impl Command {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        match self {
-            Self::List(arguments) => arguments.run(output),
+        run_each!(self, output, [List Set Measure Calibrate Emulate Flash Monitor Selftest]
             Self::Info(port) => info::info(&port, output),
             Self::Get(port) => settings::get(&port, output),
-            Self::Set(arguments) => arguments.run(output),
             Self::Forget(port) => settings::forget(&port, output),
-            Self::Measure(arguments) => arguments.run(output),
-            Self::Calibrate(arguments) => arguments.run(output),
-            Self::Emulate(arguments) => arguments.run(output),
-            Self::Flash(arguments) => arguments.run(output),
-            Self::Monitor(arguments) => arguments.run(output),
-            Self::Selftest(arguments) => arguments.run(output),
-        }
+        )
     }
 }

@@ -1,6 +1,6 @@
 //! Pictures of analyses.
 
-use crate::picture::{Panel, linear, logarithmic as axis, page};
+use crate::picture::{Panel, Points, linear, logarithmic as axis, page};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::written;
 use haptic_question::analysis::{
@@ -83,13 +83,16 @@ pub(super) fn draw(drawn: &Drawn, about: &str) -> Result<Picture, FigureError> {
     page(title, &about, panels.len().min(2), &panels)
 }
 
+/// A value over another, where there is one.
+fn over<P>(points: &[P], x: fn(&P) -> f64, value: fn(&P) -> Option<f64>) -> Points {
+    let points = points.iter();
+    points.filter_map(|at| Some((x(at), value(at)?))).collect()
+}
+
 fn felt(points: &[FeltPoint]) -> (&'static str, Vec<Panel<'static>>) {
     type Value = fn(&FeltPoint) -> Option<f64>;
     let panel = |caption, y, sampled: Value, continuous: Value| {
-        let curve = |value: Value| {
-            let points = points.iter();
-            points.filter_map(move |at| Some((at.omega_rad_s, value(at)?)))
-        };
+        let curve = |value| over(points, |at| at.omega_rad_s, value);
         Panel::new(caption, axis("frequency ω / rad·s⁻¹"), y)
             .with("sampled", Look::Line, 0, curve(sampled))
             .with("continuous", Look::Dashed, 1, curve(continuous))
@@ -130,11 +133,7 @@ fn felt(points: &[FeltPoint]) -> (&'static str, Vec<Panel<'static>>) {
 
 /// Impedance at the hand and of the law, in free space and in contact.
 fn moving(points: &[AdmittancePoint]) -> Panel<'static> {
-    type Value = fn(&AdmittancePoint) -> Option<f64>;
-    let curve = |value: Value| {
-        let points = points.iter();
-        points.filter_map(move |at| Some((at.frequency_hz, value(at)?)))
-    };
+    let curve = |value| over(points, |at| at.frequency_hz, value);
     Panel::new("impedance", axis("frequency / Hz"), axis("|F/v| / N·s·m⁻¹"))
         .with(
             "free, virtual",
@@ -340,11 +339,7 @@ fn stable_hands(stable: &StableHands) -> Panel<'static> {
 }
 
 fn difference(points: &[DifferencePoint]) -> Panel<'static> {
-    type Value = fn(&DifferencePoint) -> Option<f64>;
-    let curve = |value: Value| {
-        let points = points.iter();
-        points.filter_map(move |at| Some((at.frequency_hz, value(at)?)))
-    };
+    let curve = |value| over(points, |at| at.frequency_hz, value);
     Panel::new(
         "",
         axis("frequency / Hz"),
