@@ -4,22 +4,21 @@
 
 #[path = "support/clock.rs"]
 mod clock;
+#[path = "support/counted.rs"]
+mod counted;
 mod listed;
 mod lists;
 mod support;
 
-use clock::{instructions, overhead, passed};
+use clock::passed;
 use core::cell::Cell;
 use cortex_m::peripheral::SYST;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::hprintln;
-use haptic_link::{Capabilities, Configuration, Guard, GuardKind, Limits, Start};
+use counted::{Counted, TICKS, measure};
+use haptic_link::{Capabilities, Guard, GuardKind, Limits};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::{Hardware, TickSide, prepare};
+use haptic_remote::Hardware;
 use nalgebra::SVector;
-
-/// Ticks of each run: the push into the wall, the saturated force, the way back out.
-const TICKS: u32 = 400;
 
 /// A device without hardware: it moves into the wall and back, and looks at the clock.
 #[derive(Debug, Default)]
@@ -79,21 +78,9 @@ impl Hardware for Probe {
     }
 }
 
-/// A one-sided wall of 1 N/mm with this operator, 2 N at most, so that every branch of the chain is taken.
-fn configuration(list: &lists::List, limits: Limits, depth_map: Option<[f32; 8]>) -> Configuration {
-    Configuration {
-        stiffness_n_per_m: 1000.0,
-        dissipation_n_s_mu_per_m: 5.0,
-        one_sided: true,
-        surface_m: 1e-3,
-        operator: listed::shape(list),
-        limits: Limits {
-            force_n: 2.0,
-            watchdog_ms: 1000,
-            ..limits
-        },
-        depth_map,
-        ..Configuration::PASSIVE
+impl Counted for Probe {
+    fn path(&self) -> u32 {
+        self.path.get()
     }
 }
 
@@ -117,56 +104,19 @@ const SPHERE: [f32; 8] = [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 /// The same in tissue that stiffens by b = 10, where e^x is taken up to x = 6.
 const STIFFENING: [f32; 8] = [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 2000.0];
 
-fn measure(list: &lists::List, name: &str, limits: Limits, depth_map: Option<[f32; 8]>) {
-    let (values, count) = list.values();
-    let values = &values[..count];
-    let mut device = TickSide::new(Probe::default()).expect("a board");
-    // Behind a pointer, as on a board: places in a stack frame of this size cost instructions of their own.
-    let device = core::hint::black_box(&mut device);
-    let capabilities = device.hardware().capabilities();
-    let prepared = prepare::<Probe, 1>(
-        configuration(list, limits, depth_map),
-        values,
-        &capabilities,
-    )
-    .expect("good");
-    device.install(prepared, values).expect("idle");
-    device.arm(0).expect("no fault");
-    device.start(Start::ENDLESS).expect("armed");
-    let (mut tick, mut path) = (0, 0);
-    for n in 1..=TICKS {
-        let now_us = 1000 * u64::from(n);
-        device.heard(now_us, false);
-        while device.next_report().is_some() {}
-        let before = SYST::get_current();
-        device.tick(now_us);
-        let after = SYST::get_current();
-        // The probe looks at the clock twice itself.
-        let spent = passed(before, after);
-        tick = tick.max(instructions(spent.saturating_sub(3 * overhead())));
-        let spent = device.hardware().path.get();
-        path = path.max(instructions(spent.saturating_sub(overhead())));
-    }
-    assert_eq!(
-        device.statistics().samples_dropped,
-        0,
-        "every tick had to keep a sample"
-    );
-    hprintln!("{} = {} {}", name, tick, path);
-}
-
 #[entry]
 fn main() -> ! {
     clock::start();
     // Limits of force and rate, as every loop has them; then everything that is on by default.
     for list in lists::all() {
+        let count = |name, limits, map| measure(Probe::default(), &list, name, limits, map);
         let bare = Limits::bare(2.0, 1000.0);
-        measure(&list, list.name, bare, None);
+        count(list.name, bare, None);
         if list.name == "full 24 h" {
-            measure(&list, "full 24 h, whole chain", Limits::DEFAULT, None);
-            measure(&list, "full 24 h, energy bounding", BOUNDED, None);
-            measure(&list, "full 24 h, sphere", bare, Some(SPHERE));
-            measure(&list, "full 24 h, stiffening", bare, Some(STIFFENING));
+            count("full 24 h, whole chain", Limits::DEFAULT, None);
+            count("full 24 h, energy bounding", BOUNDED, None);
+            count("full 24 h, sphere", bare, Some(SPHERE));
+            count("full 24 h, stiffening", bare, Some(STIFFENING));
         }
     }
     support::pass()

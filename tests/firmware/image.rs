@@ -19,6 +19,7 @@ pub(crate) enum Image {
     Controllers,
     Instructions,
     Replay,
+    Robots,
 }
 
 impl Image {
@@ -30,6 +31,7 @@ impl Image {
             Self::Controllers => "controllers",
             Self::Instructions => "instructions",
             Self::Replay => "replay",
+            Self::Robots => "robots",
         }
     }
 }

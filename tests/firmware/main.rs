@@ -51,6 +51,8 @@ const RAM_MAX: u32 = 18 * 1024;
 const TICK_MAX: u32 = 1600;
 /// Instructions of a PI^λD^μ with 200 s of memory: command, history, and the average by which the clock of its integral stands.
 const CONTROLLER_MAX: u32 = 1300;
+/// Share of a robot's tick, with a mass as its body, in that of a force device with the same law and limits.
+const ROBOT_MAX: f64 = 1.5;
 /// Instructions from sensor to force, with limits of force and rate.
 const PATH_MAX: u32 = 200;
 /// The same as the first under a sphere in tissue that stiffens: a root and an exponential.
@@ -127,6 +129,7 @@ fn ticks_follow_their_period_and_one_that_takes_too_long_latches_a_fault() {
 fn a_tick_takes_the_instructions_of_the_table() {
     let Some(images) = built() else { return };
     let mut have = printed(&images.run(Image::Instructions));
+    have.extend(printed(&images.run(Image::Robots)));
     let controllers = printed(&images.run(Image::Controllers));
     have.extend(
         controllers
@@ -134,7 +137,7 @@ fn a_tick_takes_the_instructions_of_the_table() {
             .filter(|(name, _)| name.starts_with(CONTROLLER)),
     );
     let counts = tables::check_instructions(&have);
-    for (name, count) in counts {
+    for (name, count) in &counts {
         println!(
             "{name}: a tick {}, from sensor to force {}",
             count.tick, count.path
@@ -145,10 +148,19 @@ fn a_tick_takes_the_instructions_of_the_table() {
             Some("stiffening") => MAPPED_PATH_MAX,
             _ => PATH_MAX,
         };
+        // The path of a robot ends with the command of its body.
+        let robot = name.strip_prefix("robot, ");
         assert!(
-            count.path <= most,
+            count.path <= most || robot.is_some(),
             "{name}: {} from sensor to force",
             count.path
+        );
+        let share = robot
+            .and_then(|law| counts.get(law))
+            .map(|force| f64::from(count.tick) / f64::from(force.tick));
+        assert!(
+            share.is_none_or(|share| share <= ROBOT_MAX),
+            "{name}: {share:?} of a force device"
         );
         // The second-order rule has 28 taps a power more.
         let controller = name.starts_with(CONTROLLER) && !name.ends_with("bdf2");

@@ -225,14 +225,6 @@ impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
         }))
     }
 
-    /// Velocity of the object on each axis after the last [`advance`](Environment::advance), m/s.
-    pub fn object_velocity_m_per_s<const D: usize>(
-        &self,
-        history: &[CoupledHistory<F, O::History>; D],
-    ) -> SVector<F, D> {
-        SVector::from(array::from_fn(|axis| history[axis].velocity))
-    }
-
     #[inline]
     fn solve(&self, history: &CoupledHistory<F, O::History>, position: F) -> Solved<F> {
         // S = r − k_o·q[n−1],   y° = x − q[n−1] − T·Y·S

@@ -65,6 +65,8 @@ pub struct MotionChain<F, const D: usize> {
     speed: F,
     /// 1 − 2⁻²⁰ of the limit, which is aimed at, and its square.
     speed_norm: Option<[F; 2]>,
+    /// A wanted velocity of no larger square, (m/s)², is within all of these, and is not softened.
+    free_square: F,
     /// a·T, m/s.
     step: F,
     /// 2a of the ways to rest that must stay inside, and a·T/2 of it.
@@ -86,6 +88,9 @@ pub struct MotionChain<F, const D: usize> {
     dead_band: F,
     hand_energy: Option<F>,
 }
+
+/// The share of a limit that is aimed at, so that no rounding passes it.
+const INSIDE: f64 = 1.0 - 1.0 / 1_048_576.0;
 
 /// See [`StuckSensor`](super::StuckSensor).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,9 +116,17 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         let speed = checks.positive("speed limit", limits.speed.0, "m/s");
         let speed_norm = limits.speed_norm.map(|norm| {
             let norm = checks.positive("speed norm limit", norm.0, "m/s");
-            let aim = norm * (1.0 - 1.0 / 1_048_576.0);
+            let aim = norm * INSIDE;
             [aim, aim * aim].map(|number| checks.rounded("speed norm limit", number, "m/s"))
         });
+        let within = square(&SVector::<F, 1>::from([F::from_f64(speed * INSIDE)]));
+        let least = |[_, square]: [F; 2]| if square < within { square } else { within };
+        // A square that is no normal number bounds nothing.
+        let free_square = if limits.jerk.is_some() || within < F::NEGLIGIBLE {
+            -F::ONE
+        } else {
+            speed_norm.map_or(within, least)
+        };
         checks.positive("acceleration limit", limits.acceleration.0, "m/s²");
         if let Some(norm) = limits.acceleration_norm {
             checks.positive("acceleration norm limit", norm.0, "m/s²");
@@ -121,7 +134,7 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         let acceleration = limits.axis_acceleration();
         let step = acceleration * sample_time;
         // Each a·T that is taken off a velocity is right to half a digit of the velocity.
-        let share = 1.0 - 1.0 / 1_048_576.0 - speed / step * F::EPSILON.to_f64();
+        let share = INSIDE - speed / step * F::EPSILON.to_f64();
         let allowed = "so large that a sample changes a velocity in this number type: raise it, or lower the speed limit";
         let what = "acceleration limit";
         checks.range(what, acceleration, share > 0.5, allowed, "m/s²");
@@ -167,6 +180,7 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
             sample_time: checks.rounded("sample time", sample_time, "s"),
             speed: checks.rounded("speed limit", speed, "m/s"),
             speed_norm,
+            free_square,
             step: checks.rounded("acceleration limit", step, "m/s"),
             twice_plan: checks.rounded("acceleration limit", 2.0 * plan, "m/s²"),
             half_step: checks.rounded("acceleration limit", 0.5 * plan * sample_time, "m/s"),
@@ -198,7 +212,7 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
     /// than two [rests](MotionLimits::rest_time) are forgotten, so that a robot may rest for as long as it likes.
     pub fn rest(&self, state: &mut MotionState<F, D>, reading: &MotionReading<F, D>) {
         let shown = &reading.sensed_force_n;
-        if state.armed || !finite(shown) {
+        if state.driven || !state.is_at_rest() || !finite(shown) {
             (state.rest, state.rested) = (Rest::default(), Rest::default());
             return;
         }
@@ -261,7 +275,7 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
             return Err(MotionStartRefused::Unsteady { spread_n, most_n });
         }
         let mut begun = MotionState {
-            armed: true,
+            driven: true,
             offset: at_rest.offset_n,
             position: reading.position_m,
             ..MotionState::default()
@@ -286,30 +300,28 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         state: &mut MotionState<F, D>,
         reading: &MotionReading<F, D>,
     ) -> SVector<F, D> {
-        let missed = state
-            .next
-            .map_or(0, |next| reading.tick.saturating_sub(next));
-        state.next = Some(reading.tick.wrapping_add(1));
+        let missed = reading.tick.saturating_sub(state.next);
+        state.next = reading.tick.wrapping_add(1);
         if missed > 0 {
             self.pass(state, missed);
         }
-        if state.is_driven()
-            && let Err(fault) = self.check(state, reading)
-        {
-            state.trip(fault);
+        if state.driven {
+            match self.check(state, reading) {
+                Ok(()) if self.dead_band > F::ZERO => return self.beyond_dead_band(&state.force),
+                Ok(()) => return state.force,
+                Err(fault) => state.trip(fault),
+            }
         }
-        if !state.is_driven() {
-            return SVector::from([F::ZERO; D]);
-        }
-        let mut force = state.force;
-        if self.dead_band > F::ZERO {
-            // The only root of a usual tick.
-            let norm = norm(&force);
-            let left = norm - self.dead_band;
-            let share = if left > F::ZERO { left / norm } else { F::ZERO };
-            force = force.map(|axis| axis * share);
-        }
-        force
+        SVector::from([F::ZERO; D])
+    }
+
+    #[inline(never)]
+    fn beyond_dead_band(&self, force: &SVector<F, D>) -> SVector<F, D> {
+        // The only root of a usual tick.
+        let norm = norm(force);
+        let left = norm - self.dead_band;
+        let share = if left > F::ZERO { left / norm } else { F::ZERO };
+        force.map(|axis| axis * share)
     }
 
     /// Ticks that did not come: the command was held.
@@ -324,23 +336,22 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         self.integrate(state, time);
     }
 
-    /// The faults of a reading, the check for finite numbers first.
+    /// The faults of a reading. The comparisons of force and position are such that only finite numbers pass.
     #[inline]
     fn check(
         &self,
         state: &mut MotionState<F, D>,
         reading: &MotionReading<F, D>,
     ) -> Result<(), MotionFault> {
-        let (shown, position) = (&reading.sensed_force_n, &reading.position_m);
-        if !finite(shown) || !finite(position) || !reading.force_age_s.is_finite() {
-            return Err(MotionFault::NotFinite);
-        }
-        if reading.force_age_s > self.force_age {
-            return Err(MotionFault::StaleForce);
+        let shown = &reading.sensed_force_n;
+        let is_fresh = reading.force_age_s <= self.force_age;
+        if !is_fresh || !reading.force_age_s.is_finite() {
+            return Err(because(reading, MotionFault::StaleForce));
         }
         for (axis, &force) in shown.iter().enumerate() {
-            if force.abs() >= self.sensor_range {
-                return Err(MotionFault::SensorSaturated);
+            let is_seen = force.abs() < self.sensor_range;
+            if !is_seen {
+                return Err(because(reading, MotionFault::SensorSaturated));
             }
             if let Some(stuck) = &self.stuck {
                 if force == state.shown[axis] {
@@ -350,15 +361,17 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
                     }
                     *travel += state.velocity[axis].abs() * self.sample_time;
                     if *still >= stuck.ticks && *travel > stuck.travel {
-                        return Err(MotionFault::SensorStuck);
+                        return Err(because(reading, MotionFault::SensorStuck));
                     }
                 } else {
                     (state.still[axis], state.travel[axis]) = (F::ZERO, F::ZERO);
                 }
             }
             state.force[axis] = force - state.offset[axis];
-            if (state.position[axis] - position[axis]).abs() > self.following {
-                return Err(MotionFault::Following);
+            let error = state.position[axis] - reading.position_m[axis];
+            let follows = error.abs() <= self.following;
+            if !follows {
+                return Err(because(reading, MotionFault::Following));
             }
         }
         state.shown = *shown;
@@ -379,15 +392,15 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
     ) -> (SafeMotion<F, D>, Limiters) {
         let mut limiters = Limiters::NONE;
         let mut velocity = state.velocity;
-        if state.is_driven() {
-            if finite(wanted) {
-                velocity = self.limited(state, wanted, &mut limiters);
+        if state.driven {
+            if let Some(limited) = self.limited(state, wanted, &mut limiters) {
+                velocity = limited;
                 self.keep_books(state, &velocity);
             } else {
                 state.trip(MotionFault::NotFinite);
             }
         }
-        if !state.is_driven() {
+        if !state.driven {
             velocity = state.velocity.map(|v| self.braked(v));
             if state.fault.is_some() {
                 limiters.insert(Limiters::FAULT);
@@ -399,9 +412,6 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
             state.change[axis] = velocity[axis] - state.velocity[axis];
         }
         state.velocity = velocity;
-        if !state.is_driven() && state.is_at_rest() {
-            state.armed = false;
-        }
         self.integrate(state, self.sample_time);
         (SafeMotion(velocity), limiters)
     }
@@ -430,31 +440,23 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         }
     }
 
-    /// The nearest that can be commanded to what is wanted.
+    /// The nearest that can be commanded to what is wanted; `None` for a wish that is not finite.
     #[inline]
     fn limited(
         &self,
         state: &MotionState<F, D>,
         wanted: &SVector<F, D>,
         limiters: &mut Limiters,
-    ) -> SVector<F, D> {
+    ) -> Option<SVector<F, D>> {
         let last = &state.velocity;
         let mut aim = *wanted;
-        if let Some(jerk) = self.jerk {
-            self.soften(state, jerk, &mut aim, limiters);
+        let is_free = square(wanted) <= self.free_square;
+        if !is_free {
+            self.slowed(state, &mut aim, limiters)?;
         }
-        self.slow(&mut aim, limiters);
-        // v = p + λ(q − p): both within the speeds, which are convex, so v is.
-        let mut change: SVector<F, D> =
-            SVector::from(array::from_fn(|axis| aim[axis] - last[axis]));
-        let most = largest(&change);
-        if most > self.step {
-            limiters.insert(Limiters::RATE);
-            let share = self.step / most;
-            change = change.map(|axis| clamp(axis * share, -self.step, self.step));
-            for axis in 0..D {
-                aim[axis] = clamp(last[axis] + change[axis], -self.speed, self.speed);
-            }
+        let change: SVector<F, D> = SVector::from(array::from_fn(|axis| aim[axis] - last[axis]));
+        if change.iter().any(|axis| axis.abs() > self.step) {
+            self.nearer(last, change, &mut aim, limiters);
         }
         for axis in 0..D {
             let (v, x) = (aim[axis], state.position[axis]);
@@ -469,7 +471,24 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
                 aim[axis] = self.held_back(v, last[axis], room, sign, limiters);
             }
         }
-        aim
+        Some(aim)
+    }
+
+    /// v = p + λ(q − p), a step from p: both within the speeds, which are convex, so v is.
+    #[inline(never)]
+    fn nearer(
+        &self,
+        last: &SVector<F, D>,
+        change: SVector<F, D>,
+        aim: &mut SVector<F, D>,
+        limiters: &mut Limiters,
+    ) {
+        limiters.insert(Limiters::RATE);
+        let share = self.step / largest(&change);
+        for axis in 0..D {
+            let change = clamp(change[axis] * share, -self.step, self.step);
+            aim[axis] = clamp(last[axis] + change, -self.speed, self.speed);
+        }
     }
 
     /// A velocity from which the way to rest is no longer than the room, or one that brakes, whichever can be reached in a sample.
@@ -490,9 +509,20 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         }
     }
 
-    /// Scales a velocity into the speed limits, on the line to 0.
-    #[inline]
-    fn slow(&self, aim: &mut SVector<F, D>, limiters: &mut Limiters) {
+    /// Softens a velocity by the limit of jerk, and scales it into the speed limits, on the line to 0; `None` if it is not finite.
+    #[inline(never)]
+    fn slowed(
+        &self,
+        state: &MotionState<F, D>,
+        aim: &mut SVector<F, D>,
+        limiters: &mut Limiters,
+    ) -> Option<()> {
+        if !finite(aim) {
+            return None;
+        }
+        if let Some(jerk) = self.jerk {
+            self.soften(state, jerk, aim, limiters);
+        }
         let most = largest(aim);
         if most > self.speed {
             limiters.insert(Limiters::MAGNITUDE);
@@ -507,6 +537,7 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
                 *aim = aim.map(|axis| axis * share);
             }
         }
+        Some(())
     }
 
     /// A change that differs from the last one by j·T² at most, and fades in time where the wanted velocity is.
@@ -552,6 +583,21 @@ impl<F: Real, const D: usize> MotionChain<F, D> {
         if energy > most {
             state.trip(MotionFault::HandEnergy);
         }
+    }
+}
+
+/// The fault of a reading, which is another one where a number of it is not finite.
+#[cold]
+#[inline(never)]
+fn because<F: Real, const D: usize>(
+    reading: &MotionReading<F, D>,
+    fault: MotionFault,
+) -> MotionFault {
+    let whole = finite(&reading.sensed_force_n) && finite(&reading.position_m);
+    if whole && reading.force_age_s.is_finite() {
+        fault
+    } else {
+        MotionFault::NotFinite
     }
 }
 

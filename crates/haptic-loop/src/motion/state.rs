@@ -136,14 +136,14 @@ impl MotionStartRefused {
     }
 }
 
-/// The chain's state: command, latched fault, wish to stop, what the sensor has shown.
+/// The chain's state: command, latched fault, what the sensor has shown.
 ///
 /// *Start-up*: not armed, at rest at 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionState<F, const D: usize> {
-    pub(super) armed: bool,
+    /// The law moves the robot: one flag, because a tick asks three times.
+    pub(super) driven: bool,
     pub(super) fault: Option<MotionFault>,
-    pub(super) stopping: bool,
     /// v of the last tick, m/s.
     pub(super) velocity: SVector<F, D>,
     /// Its change in the last tick, m/s.
@@ -161,8 +161,8 @@ pub struct MotionState<F, const D: usize> {
     pub(super) travel: [F; D],
     /// Energy given to the hand since it had last paid for everything, J.
     pub(super) energy: F,
-    /// Number of the tick that comes next, if none is missing.
-    pub(super) next: Option<u64>,
+    /// Number of the tick that comes next, if none is missing; the largest before the first.
+    pub(super) next: u64,
     /// The readings at rest now, and the whole rest before.
     pub(super) rest: Rest<F, D>,
     pub(super) rested: Rest<F, D>,
@@ -224,9 +224,8 @@ impl<F: Real, const D: usize> Default for MotionState<F, D> {
     fn default() -> Self {
         let none = SVector::from([F::ZERO; D]);
         Self {
-            armed: false,
+            driven: false,
             fault: None,
-            stopping: false,
             velocity: none,
             change: none,
             position: none,
@@ -237,7 +236,7 @@ impl<F: Real, const D: usize> Default for MotionState<F, D> {
             still: [F::ZERO; D],
             travel: [F::ZERO; D],
             energy: F::ZERO,
-            next: None,
+            next: u64::MAX,
             rest: Rest::default(),
             rested: Rest::default(),
         }
@@ -254,17 +253,18 @@ impl<F: Real, const D: usize> MotionState<F, D> {
     /// Latches a fault that something else has found. The first fault stays.
     pub fn trip(&mut self, fault: MotionFault) {
         self.fault.get_or_insert(fault);
+        self.stop();
     }
 
     /// Brings the command to rest from the next tick on, until the robot is armed again.
     pub const fn stop(&mut self) {
-        self.stopping = true;
+        self.driven = false;
     }
 
     /// True from arming to a fault or stop: the law moves the robot.
     #[must_use]
     pub const fn is_driven(&self) -> bool {
-        self.armed && self.fault.is_none() && !self.stopping
+        self.driven
     }
 
     /// True if the command is at rest on every axis.
