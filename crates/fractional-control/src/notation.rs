@@ -30,15 +30,55 @@ pub(crate) fn plant(
     Ok((function, value.delay_s, factors))
 }
 
-/// The summands of a text that [`Quotient::read`] takes.
+/// The summands of a plant. A bracket that is a sum of quotients, with numbers and a dead time beside it, stands for its own.
 #[cfg(feature = "std")]
 pub(crate) fn summands(text: &str) -> Result<std::vec::Vec<Quotient>, ControlError> {
     let mut reader = Reader::of(text);
-    let mut all = std::vec![reader.summand()?];
-    while reader.peek().is_some() {
-        all.push(reader.summand()?);
+    let mut all = std::vec![];
+    while all.is_empty() || reader.peek().is_some() {
+        let begin = reader.at;
+        let whole = reader.summand()?;
+        let written = text.get(begin..reader.at).unwrap_or_default();
+        match within_bracket(written)? {
+            Some(parts) => all.extend(parts),
+            None => all.push(whole),
+        }
     }
     Ok(all)
+}
+
+/// The summands of the first bracket of a product, with what stands beside it; `None` where that moves, or where they have one denominator.
+#[cfg(feature = "std")]
+fn within_bracket(product: &str) -> Result<Option<std::vec::Vec<Quotient>>, ControlError> {
+    let mut depth = 0_i32;
+    let mut last = ' ';
+    let open = product.char_indices().find_map(|(place, next)| {
+        let multiplies = !(last.is_alphabetic() || last == '^' || last == '/');
+        let begins = next == '(' && depth == 0 && multiplies;
+        depth += i32::from(next == '(') - i32::from(next == ')');
+        last = if next.is_whitespace() { last } else { next };
+        begins.then_some(place)
+    });
+    let Some(open) = open else { return Ok(None) };
+    let mut inside = Reader {
+        at: open,
+        ..Reader::of(product)
+    };
+    inside.bracket()?;
+    let [first, bracket, last] = [0..open, open + 1..inside.at - 1, inside.at..product.len()]
+        .map(|part| product.get(part).unwrap_or_default());
+    if last.trim_start().starts_with('^') {
+        return Ok(None);
+    }
+    let (beside, _) = Quotient::with_place(&std::format!("{first}(1){last}"))?;
+    let parts = summands(bracket)?;
+    let stands = |side: &FractionalPolynomial| side.degree() == 0.0;
+    let is_number = stands(&beside.above) && stands(&beside.below) && beside.factors.is_empty();
+    if !is_number || parts.iter().all(|part| stands(&part.below)) {
+        return Ok(None);
+    }
+    let parts = parts.iter().map(|part| part.times(&beside));
+    parts.collect::<Result<_, _>>().map(Some)
 }
 
 /// The place of the first factor that follows a division with neither sign nor brackets, as (s+2)

@@ -19,6 +19,9 @@ use std::vec::Vec;
 /// assert_eq!(cell.parts().len(), 3);
 /// assert_eq!(cell.to_string(), "0.02+0.015/(0.9s^0.8+1)+0.0012/(s^0.5)");
 /// assert!((cell.response(2.0) - cell.function().response(2.0)).norm() < 1e-15);
+/// assert_eq!(SumOfParts::of_plant("exp(-3s)*2(0.02+0.01/s^0.5)")?.to_string(), "0.04+0.02/(s^0.5)");
+/// assert_eq!("(2s+0.1)/(20s+1)".parse::<SumOfParts>()?.parts().len(), 1);
+/// assert_eq!("2/((1+1/s)*3)".parse::<SumOfParts>()?.parts().len(), 1);
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +49,18 @@ impl SumOfParts {
             parts,
             function: FractionalTransferFunction::from_polynomials(sum.above, sum.below)?,
         })
+    }
+
+    /// Parts of a plant, whose dead time [`Plant`](crate::Plant) reads.
+    ///
+    /// # Errors
+    /// A text in another notation; powers of a bracket and diffusion, which are no parts.
+    pub fn of_plant(text: &str) -> Result<Self, ControlError> {
+        let parts = summands(text)?.into_iter().map(|part| {
+            part.factors.refused()?;
+            FractionalTransferFunction::from_polynomials(part.above, part.below)
+        });
+        Self::new(parts.collect::<Result<_, _>>()?)
     }
 
     /// The parts as they were given, before they are added.
@@ -77,17 +92,10 @@ impl From<FractionalTransferFunction> for SumOfParts {
 impl FromStr for SumOfParts {
     type Err = ControlError;
 
-    /// Reads a transfer function, whose summands are the parts.
+    /// Reads a transfer function, whose summands are the parts, those of a bracket before or behind a number too.
     fn from_str(text: &str) -> Result<Self, ControlError> {
-        let function: FractionalTransferFunction = text.parse()?;
-        let part =
-            |sum: Quotient| FractionalTransferFunction::from_polynomials(sum.above, sum.below);
-        let parts = summands(text)?.into_iter().map(part);
-        let parts: Vec<_> = parts.collect::<Result<_, _>>()?;
-        match parts.len() {
-            1 => Ok(function.into()),
-            _ => Self::new(parts),
-        }
+        text.parse::<FractionalTransferFunction>()?;
+        Self::of_plant(text)
     }
 }
 

@@ -101,20 +101,13 @@ impl Begun {
             Failure::bad_input(format_args!("model \"{text}\": {error}; change {MODEL}"))
         };
         let plant: Plant = text.parse().map_err(|error| refused(&error))?;
-        plant.factors().refused().map_err(|error| refused(&error))?;
-        let function = plant.function();
-        let Some(function) = function.filter(|function| function.denominator().degree() > 0.0)
-        else {
+        let sum = SumOfParts::of_plant(text).map_err(|error| refused(&error))?;
+        if sum.function().denominator().degree() == 0.0 {
             return Err(refused(
                 &"its denominator has no power of s: give one, as in 2/(30s^0.9+1)",
             ));
-        };
+        }
         let late = plant.delay_s();
-        let sum = if late > 0.0 {
-            (*function).into()
-        } else {
-            text.parse().map_err(|error| refused(&error))?
-        };
         Ok(Self {
             sum,
             delay: (late > 0.0).then_some(Seconds(late)),
@@ -300,13 +293,11 @@ impl PlantQuestion {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn data(&self, columns: &[String; 3], bytes: &[u8]) -> Result<PlantData, String> {
-        let record = if self.response.is_empty() {
-            self.read(columns, bytes).map(PlantData::Record)
-        } else {
-            Err(String::new())
-        };
-        if record.is_ok() || self.names_signals || !has_frequencies(bytes) {
-            return record;
+        if self.response.is_empty() {
+            let record = self.read(columns, bytes).map(PlantData::Record);
+            if record.is_ok() || self.names_signals || !has_frequencies(bytes) {
+                return record;
+            }
         }
         let table = read_response(bytes, &self.response);
         let table = table.map_err(|error| {
