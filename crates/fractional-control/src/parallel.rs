@@ -1,8 +1,11 @@
 //! PI^λD^μ and TID, sample by sample: powers of s side by side, each with its gain and set-point weight.
 
+use crate::controller::Stage;
+use crate::memory::TAPS;
+use crate::pid::BranchParameters;
+use crate::transfer::in_samples;
 use crate::{
     Actuator, ControlError, Controller, PidParameters, PowerMemory, Rule, SetPoint, TidParameters,
-    controller::Stage, memory::TAPS, pid::BranchParameters, transfer::in_samples,
 };
 use fracdiff::{
     Bdf2History, Bdf2Memory, Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory,
@@ -16,13 +19,13 @@ pub(crate) const BRANCHES: usize = 3;
 /// A power O with its gain.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Branch<F, O> {
-    pub gain: F,
-    pub weight: F,
+    pub(crate) gain: F,
+    pub(crate) weight: F,
     /// μ, by which a branch takes over from another.
-    pub order: f64,
-    pub power: O,
+    pub(crate) order: f64,
+    pub(crate) power: O,
     /// True of an integral, whose clock may stand.
-    pub integrates: bool,
+    pub(crate) integrates: bool,
 }
 
 /// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
@@ -77,11 +80,11 @@ enum KindHistory<F, const MODES: usize> {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Parallel<F, O> {
     /// Gain and weight of the part without a power, which is added first.
-    pub proportional: Option<[F; 2]>,
-    pub branches: [Option<Branch<F, O>>; BRANCHES],
-    pub feedback: F,
-    pub stage: Stage<F>,
-    pub sample_time: f64,
+    pub(crate) proportional: Option<[F; 2]>,
+    pub(crate) branches: [Option<Branch<F, O>>; BRANCHES],
+    pub(crate) feedback: F,
+    pub(crate) stage: Stage<F>,
+    pub(crate) sample_time: f64,
 }
 
 /// The past of a [`Parallel`].
@@ -325,88 +328,90 @@ impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
     }
 }
 
-/// The value of either rule.
-macro_rules! of_rule {
-    ($law:expr, $sum:ident => $value:expr) => {
-        match &$law.0 {
-            Kind::First($sum) => $value,
-            Kind::Second($sum) => $value,
-        }
-    };
-}
-
-/// The history that either rule makes.
-macro_rules! made_by_rule {
-    ($law:expr, $sum:ident => $past:expr) => {
-        ParallelHistory(match &$law.0 {
-            Kind::First($sum) => KindHistory::First($past),
-            Kind::Second($sum) => KindHistory::Second($past),
-        })
-    };
-}
-
-/// The value of either rule with its own history, or that of a history of the other rule.
-macro_rules! with_history {
-    ($law:expr, $history:expr, ($sum:ident, $past:ident) => $value:expr, $other:expr) => {
-        match (&$law.0, $history) {
-            (Kind::First($sum), KindHistory::First($past)) => $value,
-            (Kind::Second($sum), KindHistory::Second($past)) => $value,
-            _ => $other,
-        }
-    };
-}
-
 impl<F: Real, const MODES: usize> Controller<F> for FractionalPid<F, MODES> {
     type History = ParallelHistory<F, MODES>;
 
     fn at_rest(&self) -> Self::History {
-        made_by_rule!(self, sum => sum.at_rest())
+        ParallelHistory(match &self.0 {
+            Kind::First(sum) => KindHistory::First(sum.at_rest()),
+            Kind::Second(sum) => KindHistory::Second(sum.at_rest()),
+        })
     }
 
     #[inline]
     fn feedback_gain(&self) -> F {
-        of_rule!(self, sum => sum.feedback)
+        match &self.0 {
+            Kind::First(sum) => sum.feedback,
+            Kind::Second(sum) => sum.feedback,
+        }
     }
 
     #[inline]
     fn wanted(&self, history: &Self::History, r: F, y: F) -> F {
-        let other = F::from_f64(f64::NAN);
-        with_history!(self, &history.0, (sum, past) => sum.wanted(past, r, y), other)
+        match (&self.0, &history.0) {
+            (Kind::First(sum), KindHistory::First(past)) => sum.wanted(past, r, y),
+            (Kind::Second(sum), KindHistory::Second(past)) => sum.wanted(past, r, y),
+            _ => F::from_f64(f64::NAN),
+        }
     }
 
     #[inline]
     fn output(&self, history: &Self::History, r: F, y: F) -> F {
-        let other = F::from_f64(f64::NAN);
-        with_history!(self, &history.0, (sum, past) => sum.output(past, r, y), other)
+        match (&self.0, &history.0) {
+            (Kind::First(sum), KindHistory::First(past)) => sum.output(past, r, y),
+            (Kind::Second(sum), KindHistory::Second(past)) => sum.output(past, r, y),
+            _ => F::from_f64(f64::NAN),
+        }
     }
 
     #[inline]
     fn limited(&self, command: F) -> F {
-        of_rule!(self, sum => sum.stage.limit(command))
+        match &self.0 {
+            Kind::First(sum) => sum.stage.limit(command),
+            Kind::Second(sum) => sum.stage.limit(command),
+        }
     }
 
     #[inline]
     fn advance(&self, history: &mut Self::History, r: F, y: F, applied: F) {
-        with_history!(self, &mut history.0, (sum, past) => sum.advance(past, r, y, applied), ());
+        match (&self.0, &mut history.0) {
+            (Kind::First(sum), KindHistory::First(past)) => sum.advance(past, r, y, applied),
+            (Kind::Second(sum), KindHistory::Second(past)) => sum.advance(past, r, y, applied),
+            _ => {}
+        }
     }
 
     fn follow(&self, history: &mut Self::History, r: F, y: F, applied: F) {
-        with_history!(self, &mut history.0, (sum, past) => sum.follow(past, r, y, applied), ());
+        match (&self.0, &mut history.0) {
+            (Kind::First(sum), KindHistory::First(past)) => sum.follow(past, r, y, applied),
+            (Kind::Second(sum), KindHistory::Second(past)) => sum.follow(past, r, y, applied),
+            _ => {}
+        }
     }
 
     fn settled(&self, r: F, y: F, command: F) -> Option<Self::History> {
-        Some(made_by_rule!(self, sum => sum.settled(r, y, command)))
+        Some(ParallelHistory(match &self.0 {
+            Kind::First(sum) => KindHistory::First(sum.settled(r, y, command)),
+            Kind::Second(sum) => KindHistory::Second(sum.settled(r, y, command)),
+        }))
     }
 
     fn take_over(&self, other: &Self, history: &Self::History, r: F, y: F) -> Self::History {
-        let mut next = ParallelHistory(match (&self.0, &other.0, &history.0) {
-            (Kind::First(sum), Kind::First(other), KindHistory::First(past)) => {
-                KindHistory::First(sum.keep(Some((other, past)), r, y))
+        let mut next = ParallelHistory(match &self.0 {
+            Kind::First(sum) => {
+                let theirs = match (&other.0, &history.0) {
+                    (Kind::First(other), KindHistory::First(past)) => Some((other, past)),
+                    _ => None,
+                };
+                KindHistory::First(sum.keep(theirs, r, y))
             }
-            (Kind::Second(sum), Kind::Second(other), KindHistory::Second(past)) => {
-                KindHistory::Second(sum.keep(Some((other, past)), r, y))
+            Kind::Second(sum) => {
+                let theirs = match (&other.0, &history.0) {
+                    (Kind::Second(other), KindHistory::Second(past)) => Some((other, past)),
+                    _ => None,
+                };
+                KindHistory::Second(sum.keep(theirs, r, y))
             }
-            _ => made_by_rule!(self, sum => sum.keep(None, r, y)).0,
         });
         let bump = other.wanted(history, r, y) - self.wanted(&next, r, y);
         match &mut next.0 {
@@ -432,6 +437,9 @@ impl<F: Real, O: FrequencyResponse> Parallel<F, O> {
 impl<F: Real, const MODES: usize> FrequencyResponse for FractionalPid<F, MODES> {
     /// −u/y at the angle θ, of the weights held.
     fn response(&self, theta: f64) -> Complex<f64> {
-        of_rule!(self, sum => sum.response(theta))
+        match &self.0 {
+            Kind::First(sum) => sum.response(theta),
+            Kind::Second(sum) => sum.response(theta),
+        }
     }
 }

@@ -1,11 +1,10 @@
 //! PI^λD^μ and TID.
 
-use crate::{
-    ControlError,
-    notation::Quotient,
-    transfer::{short, size_or_0},
-};
-use core::{fmt, str::FromStr};
+use crate::ControlError;
+use crate::notation::Quotient;
+use crate::transfer::{short, size_or_0};
+use core::fmt;
+use core::str::FromStr;
 use fracdiff::parameter::{RangeError, range};
 use num_complex::Complex;
 
@@ -27,10 +26,10 @@ pub struct PidParameters {
 /// k·s^μ of (weight·r − y).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BranchParameters {
-    pub gain: f64,
+    pub(crate) gain: f64,
     /// μ, −2 to 2.
-    pub order: f64,
-    pub weight: f64,
+    pub(crate) order: f64,
+    pub(crate) weight: f64,
 }
 
 impl BranchParameters {
