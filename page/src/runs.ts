@@ -35,9 +35,9 @@ export class RunsView implements ViewPart {
   private hasForms = false;
   private readonly panels: Record<Panel, HTMLElement>;
   private entries: RunEntry[] = [];
-  /** What the server said of the runs that are open, and those that it is asked for. */
+  /** What the server said of the runs that are open, and what it is asked and has not answered. */
   private readonly loaded = new Map<string, OpenRun>();
-  private readonly loading = new Set<string>();
+  private readonly loading = new Map<string, symbol>();
   /** The answer that is shown. */
   private answered = "";
   /** The run that goes on, and when it was drawn last, ms. */
@@ -170,7 +170,6 @@ export class RunsView implements ViewPart {
     this.drawList();
     for (const name of this.loaded.keys()) if (!open.includes(name)) this.loaded.delete(name);
     const missing = open.filter((name) => !this.loaded.has(name) && !this.loading.has(name));
-    for (const name of missing) this.loading.add(name);
     await Promise.all(missing.map((name) => this.loadRun(name)));
     if (answer !== "") await this.loadAnswer(answer, chosen);
     else if (chosen) this.show("curves");
@@ -178,13 +177,17 @@ export class RunsView implements ViewPart {
   }
 
   private async loadRun(name: string): Promise<void> {
+    const asked = Symbol(name);
+    this.loading.set(name, asked);
     try {
-      this.loaded.set(name, await this.app.connection.ask<OpenRun>("runs.open", { name }));
+      const run = await this.app.connection.ask<OpenRun>("runs.open", { name });
+      // A run that ended meanwhile is asked for anew, and this answer is of its middle.
+      if (this.loading.get(name) === asked) this.loaded.set(name, run);
     } catch (error) {
       this.app.notify(words(error));
       this.change({ open: this.app.state.runs.open.filter((open) => open !== name) });
     } finally {
-      this.loading.delete(name);
+      if (this.loading.get(name) === asked) this.loading.delete(name);
     }
   }
 
@@ -282,6 +285,7 @@ export class RunsView implements ViewPart {
     const awaited = this.awaited === run.name;
     [this.going, this.awaited] = [null, null];
     this.loaded.delete(run.name);
+    this.loading.delete(run.name);
     void this.refresh().then(() => {
       const listed = this.entries.some(({ name }) => name === run.name);
       if (awaited && listed) this.toggle(run.name, true);
